@@ -1,0 +1,1 @@
+"""Robot motion in conformal geometric algebra."""

@@ -1,0 +1,4 @@
+"""Checks on arrays and small numerical helpers that every layer shares."""
+
+from ._angles import wrap_angle as wrap_angle
+from ._checks import float_array as float_array
