@@ -13,7 +13,7 @@ class HorosphereError(Exception):
 class InputError(HorosphereError, ValueError):
     """What the caller gave cannot be used; the message says where, why and what to do.
 
-    Attributes: `place` (file:line:column, argument or field name), `remedy`, `choices` (the valid ones), each possibly None.
+    Attributes, each possibly None: `place` (file:line:column, argument or field), `remedy`, `choices` (the valid ones).
     """
 
     def __init__(

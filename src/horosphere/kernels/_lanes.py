@@ -1,0 +1,366 @@
+"""`Lanes`: a numba type that is W numbers side by side in one machine vector, and what loads and stores it.
+
+Numba never vectorises straight-line geometry over the records of an (n, K) array, so the lanes are explicit: a lane tag
+(a tuple of W zeros, whose *type* carries W) selects the width, and one function body serves single numbers (ONE) and
+vectors (EIGHT). Arrays of records are loaded with a transpose in registers, so they stay in the natural layout.
+"""
+
+from __future__ import annotations
+
+import operator
+
+from llvmlite import ir
+from numba.core import cgutils, types
+from numba.core.errors import TypingError
+from numba.core.typing.templates import signature
+from numba.extending import intrinsic, lower_builtin, models, register_model, type_callable
+
+ONE = (0,)
+EIGHT = (0,) * 8
+
+_I32, _I64 = ir.IntType(32), ir.IntType(64)
+
+
+class Lanes(types.Type):
+    """W numbers of a float type, computed on together."""
+
+    def __init__(self, dtype, width: int) -> None:
+        self.dtype, self.width = dtype, width
+        super().__init__(name=f"lanes({dtype}, {width})")
+
+
+@register_model(Lanes)
+class _LanesModel(models.PrimitiveModel):
+    def __init__(self, manager, kind) -> None:
+        super().__init__(manager, kind, ir.VectorType(manager.lookup(kind.dtype).get_value_type(), kind.width))
+
+
+_NUMBERS = (types.Float, types.Integer, types.IntegerLiteral)
+
+
+def common_type(arguments):
+    """The lane type among `arguments` if the others are numbers, float64 if all are numbers."""
+    lanes = [a for a in arguments if isinstance(a, Lanes)]
+    if not all(isinstance(a, (Lanes, *_NUMBERS)) for a in arguments):
+        raise TypingError(f"expected numbers or lanes, got {arguments}")
+    return lanes[0] if lanes else types.float64
+
+
+def convert(context, builder, value, source, target):
+    """`value` of numba type `source` as `target`: a number becomes equal lanes."""
+    if isinstance(source, Lanes):
+        return value
+    if not isinstance(target, Lanes):
+        return context.cast(builder, value, source, target)
+    value = context.cast(builder, value, source, target.dtype)
+    vector = context.get_value_type(target)
+    undefined = ir.Constant(vector, ir.Undefined)
+    single = builder.insert_element(undefined, value, _I32(0))
+    return builder.shuffle_vector(single, undefined, ir.Constant(ir.VectorType(_I32, target.width), [0] * target.width))
+
+
+def _arithmetic(symbol, instruction: str) -> None:
+    @type_callable(symbol)
+    def _typing(context):
+        def typer(a, b):
+            if all(isinstance(t, (Lanes, *_NUMBERS)) for t in (a, b)) and (
+                isinstance(a, Lanes) or isinstance(b, Lanes)
+            ):
+                return signature(a if isinstance(a, Lanes) else b, a, b)
+            return None
+
+        return typer
+
+    def lower(context, builder, sig, args):
+        x, y = (convert(context, builder, v, t, sig.return_type) for v, t in zip(args, sig.args))
+        return getattr(builder, instruction)(x, y, flags=("contract", "nsz"))
+
+    pairs = [(Lanes, Lanes)] + [(Lanes, t) for t in _NUMBERS] + [(t, Lanes) for t in _NUMBERS]
+    for a, b in pairs:
+        lower_builtin(symbol, a, b)(lower)
+
+
+for _symbol, _instruction in (
+    (operator.add, "fadd"),
+    (operator.sub, "fsub"),
+    (operator.mul, "fmul"),
+    (operator.truediv, "fdiv"),
+):
+    _arithmetic(_symbol, _instruction)
+
+
+@type_callable(operator.neg)
+def _negation(context):
+    return lambda a: signature(a, a) if isinstance(a, Lanes) else None
+
+
+@lower_builtin(operator.neg, Lanes)
+def _lower_negation(context, builder, sig, args):
+    return builder.fneg(args[0])
+
+
+def lane_type(dtype, width: int):
+    return dtype if width == 1 else Lanes(dtype, width)
+
+
+# ---------------------------------------------------------------- shuffles
+def _shuffle(builder, a, b, mask):
+    return builder.shuffle_vector(a, b, ir.Constant(ir.VectorType(_I32, len(mask)), mask))
+
+
+def _gather_lanes(builder, sources, wanted):
+    """The vector whose lane l is lane wanted[l][1] of sources[wanted[l][0]]: a chain of two-source shuffles."""
+    width = len(wanted)
+    first, *others = sorted({s for s, _ in wanted})
+    mask = [p if s == first else 0 for s, p in wanted]
+    result = _shuffle(builder, sources[first], ir.Constant(sources[first].type, ir.Undefined), mask)
+    for other in others:
+        mask = [width + p if s == other else lane for lane, (s, p) in enumerate(wanted)]
+        result = _shuffle(builder, result, sources[other], mask)
+    return result
+
+
+def _transpose(builder, rows):
+    """W vectors of W lanes, transposed by W log2 W butterfly shuffles."""
+    n, rows, step = len(rows), list(rows), 1
+    while step < n:
+        for i in range(n):
+            if not i & step:
+                low = [lane if not lane & step else n + (lane ^ step) for lane in range(n)]
+                high = [(lane | step) if not lane & step else n + lane for lane in range(n)]
+                a, b = rows[i], rows[i | step]
+                rows[i], rows[i | step] = _shuffle(builder, a, b, low), _shuffle(builder, a, b, high)
+        step *= 2
+    return rows
+
+
+def _deinterleave(builder, vectors, width):
+    """K vectors that hold `width` records of K in order -> K vectors, one a component."""
+    k = len(vectors)
+    if k == 1:
+        return vectors
+    if k == width and k & (k - 1) == 0:
+        return _transpose(builder, vectors)
+    if k % 2 == 0:
+        even = [_shuffle(builder, vectors[i], vectors[i + 1], list(range(0, 2 * width, 2))) for i in range(0, k, 2)]
+        odd = [_shuffle(builder, vectors[i], vectors[i + 1], list(range(1, 2 * width, 2))) for i in range(0, k, 2)]
+        halves = _deinterleave(builder, even, width), _deinterleave(builder, odd, width)
+        return [v for pair in zip(*halves) for v in pair]
+    return [_gather_lanes(builder, vectors, [divmod(r * k + c, width) for r in range(width)]) for c in range(k)]
+
+
+def _interleave(builder, vectors, width):
+    """The inverse of `_deinterleave`."""
+    k = len(vectors)
+    if k == 1:
+        return vectors
+    if k == width and k & (k - 1) == 0:
+        return _transpose(builder, vectors)
+    if k % 2 == 0:
+        result = []
+        halves = _interleave(builder, vectors[0::2], width), _interleave(builder, vectors[1::2], width)
+        for e, o in zip(*halves):
+            for part in (range(width // 2), range(width // 2, width)):
+                result.append(_shuffle(builder, e, o, [x for lane in part for x in (lane, width + lane)]))
+        return result
+    place = [[((j * width + r) % k, (j * width + r) // k) for r in range(width)] for j in range(k)]
+    return [_gather_lanes(builder, vectors, wanted) for wanted in place]
+
+
+# ---------------------------------------------------------------- memory
+def _aligned(instruction, dtype):
+    instruction.align = dtype.bitwidth // 8
+    return instruction
+
+
+def _data_pointer(context, builder, array_type, array, offset):
+    return builder.gep(context.make_array(array_type)(context, builder, array).data, [offset])
+
+
+@intrinsic(prefer_literal=True)
+def load_records(typing_context, array, i, k, tag):
+    """Records i, i+1, ... (one a lane) of a C-contiguous array of records of k numbers -> k-tuple of lanes.
+
+    The array may have any number of axes; records are counted in memory order.
+    """
+    if not isinstance(k, types.IntegerLiteral):
+        return None
+    count, width, dtype = k.literal_value, tag.count, array.dtype
+    lanes = lane_type(dtype, width)
+    result = types.UniTuple(lanes, count)
+
+    def code(context, builder, sig, args):
+        start = _data_pointer(context, builder, array, args[0], builder.mul(args[1], ir.Constant(args[1].type, count)))
+        if width > 1 and count > 8:  # long records: row loads in blocks of `width` columns, each block transposed
+            values = []
+            for first in range(0, count, width):
+                columns = min(width, count - first)
+                first = min(
+                    first, count - width
+                )  # the last block overlaps the one before, nothing is read past the end
+                rows = []
+                for r in range(width):
+                    address = builder.gep(start, [_I64(r * count + first)])
+                    pointer = builder.bitcast(address, context.get_value_type(lanes).as_pointer())
+                    rows.append(_aligned(builder.load(pointer), dtype))
+                values += _transpose(builder, rows)[width - columns :]
+            return context.make_tuple(builder, result, values)
+        if width > 1:
+            start = builder.bitcast(start, context.get_value_type(lanes).as_pointer())
+        values = [_aligned(builder.load(builder.gep(start, [_I64(c)])), dtype) for c in range(count)]
+        return context.make_tuple(builder, result, _deinterleave(builder, values, width) if width > 1 else values)
+
+    return result(array, types.intp, k, tag), code
+
+
+@intrinsic
+def store_records(typing_context, array, i, values):
+    """Write a tuple of lanes as records i, i+1, ... of a C-contiguous array (inverse of `load_records`)."""
+    kinds = list(values)
+    count, lanes, dtype = len(kinds), common_type(kinds), array.dtype
+
+    def code(context, builder, sig, args):
+        start = _data_pointer(context, builder, array, args[0], builder.mul(args[1], ir.Constant(args[1].type, count)))
+        items = cgutils.unpack_tuple(builder, args[2], count)
+        items = [convert(context, builder, v, t, lanes) for v, t in zip(items, kinds)]
+        if isinstance(lanes, Lanes) and count > lanes.width:
+            width = lanes.width
+            for first in range(0, count, width):
+                first = min(first, count - width)
+                for r, row in enumerate(_transpose(builder, items[first : first + width])):
+                    address = builder.gep(start, [_I64(r * count + first)])
+                    _aligned(builder.store(row, builder.bitcast(address, row.type.as_pointer())), dtype)
+            return context.get_dummy_value()
+        if isinstance(lanes, Lanes):
+            items = _interleave(builder, items, lanes.width)
+            start = builder.bitcast(start, items[0].type.as_pointer())
+        for c, item in enumerate(items):
+            _aligned(builder.store(item, builder.gep(start, [_I64(c)])), dtype)
+        return context.get_dummy_value()
+
+    return types.void(array, types.intp, values), code
+
+
+@intrinsic
+def load_lanes(typing_context, array, offset, tag):
+    """Numbers offset, offset+1, ... of a C-contiguous array, one a lane."""
+    lanes = lane_type(array.dtype, tag.count)
+
+    def code(context, builder, sig, args):
+        start = _data_pointer(context, builder, array, args[0], args[1])
+        return _aligned(builder.load(builder.bitcast(start, context.get_value_type(lanes).as_pointer())), array.dtype)
+
+    return lanes(array, types.intp, tag), code
+
+
+@intrinsic
+def store_lanes(typing_context, array, offset, value):
+    """Write lanes to numbers offset, offset+1, ... of a C-contiguous array."""
+
+    def code(context, builder, sig, args):
+        start = _data_pointer(context, builder, array, args[0], args[1])
+        _aligned(builder.store(args[2], builder.bitcast(start, args[2].type.as_pointer())), array.dtype)
+        return context.get_dummy_value()
+
+    return types.void(array, types.intp, value), code
+
+
+@intrinsic
+def spread(typing_context, value, tag):
+    """A number as equal lanes of the tag's width."""
+    lanes = lane_type(types.float64 if not isinstance(value, types.Float) else value, tag.count)
+
+    def code(context, builder, sig, args):
+        return convert(context, builder, args[0], value, lanes)
+
+    return lanes(value, tag), code
+
+
+def _reduction(name: str):
+    @intrinsic
+    def reduce(typing_context, value):
+        result = value.dtype if isinstance(value, Lanes) else value
+
+        def code(context, builder, sig, args):
+            x = args[0]
+            if not isinstance(value, Lanes):
+                return x
+            width = value.width
+            while width > 1:
+                width //= 2
+                low = _shuffle(builder, x, x, list(range(width)))
+                high = _shuffle(builder, x, x, list(range(width, 2 * width)))
+                if name == "add":
+                    x = builder.fadd(low, high)
+                else:
+                    x = builder.select(builder.fcmp_ordered(name, low, high), low, high)
+            return builder.extract_element(x, _I32(0))
+
+        return result(value), code
+
+    return reduce
+
+
+min_lane, max_lane, sum_lanes = _reduction("<"), _reduction(">"), _reduction("add")
+
+
+# ---------------------------------------------------------------- functions and tests, lane by lane
+def _unary(name: str):
+    @intrinsic
+    def function(typing_context, x):
+        kind = common_type((x,))
+
+        def code(context, builder, sig, args):
+            value = convert(context, builder, args[0], x, kind)
+            suffix = f"v{kind.width}f{kind.dtype.bitwidth}" if isinstance(kind, Lanes) else f"f{kind.bitwidth}"
+            form = ir.FunctionType(value.type, [value.type])
+            return builder.call(cgutils.get_or_insert_function(builder.module, form, f"llvm.{name}.{suffix}"), [value])
+
+        return kind(x), code
+
+    return function
+
+
+def _choice(comparison: str):
+    @intrinsic
+    def function(typing_context, x, y):
+        kind = common_type((x, y))
+
+        def code(context, builder, sig, args):
+            a, b = (convert(context, builder, v, t, kind) for v, t in zip(args, sig.args))
+            return builder.select(builder.fcmp_ordered(comparison, a, b), a, b)
+
+        return kind(x, y), code
+
+    return function
+
+
+lane_sqrt, lane_abs = _unary("sqrt"), _unary("fabs")
+lane_min, lane_max = _choice("<"), _choice(">")
+
+
+@intrinsic
+def lane_where_lt(typing_context, a, b, x, y):
+    """x where a < b, else y, lane by lane."""
+    kind = common_type((a, b, x, y))
+
+    def code(context, builder, sig, args):
+        v = [convert(context, builder, value, t, kind) for value, t in zip(args, sig.args)]
+        return builder.select(builder.fcmp_ordered("<", v[0], v[1]), v[2], v[3])
+
+    return kind(a, b, x, y), code
+
+
+@intrinsic
+def lane_mask_lt(typing_context, a, b):
+    """The lanes where a < b as the bits of an int64 (bit l is lane l); 0 if there is none."""
+    kind = common_type((a, b))
+
+    def code(context, builder, sig, args):
+        x, y = (convert(context, builder, value, t, kind) for value, t in zip(args, sig.args))
+        test = builder.fcmp_ordered("<", x, y)
+        if isinstance(kind, Lanes):
+            test = builder.bitcast(test, ir.IntType(kind.width))
+        return builder.zext(test, _I64)
+
+    return types.int64(a, b), code
