@@ -31,6 +31,7 @@ from ._functions import floor as floor
 from ._functions import maximum as maximum
 from ._functions import minimum as minimum
 from ._functions import polynomial as polynomial
+from ._functions import round_even as round_even
 from ._functions import sincos as sincos
 from ._functions import sqrt as sqrt
 from ._functions import where_lt as where_lt
@@ -49,6 +50,7 @@ from ._trace import scalars as scalars
 _NEED_NUMBA = frozenset(
     (
         *("ONE", "EIGHT", "spread", "load_records", "store_records", "load_lanes", "store_lanes"),
+        *("load_columns", "store_columns", "call_compiled", "address_of"),
         *("min_lane", "max_lane", "sum_lanes"),
         *("lane_sqrt", "lane_abs", "lane_min", "lane_max", "lane_where_lt", "lane_mask_lt"),
     )
@@ -59,7 +61,9 @@ def __getattr__(name: str) -> Any:
     if name in _NEED_NUMBA:
         from numba import config
 
-        from . import _lanes, _lanes_python
+        from . import _calls, _lanes, _lanes_python
 
+        if name in ("call_compiled", "address_of"):
+            return getattr(_calls, name + ("_python" if config.DISABLE_JIT else ""))
         return getattr(_lanes_python if config.DISABLE_JIT else _lanes, name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

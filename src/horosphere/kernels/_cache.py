@@ -1,11 +1,13 @@
-"""Compiled code on disk, under a folder named by a hash of every kernel source.
+"""Compiled code on disk, stamped by a hash of everything it is made from.
 
-Numba's own cache looks only at the file of the function itself, so it misses a changed callee elsewhere, and it fails
-at import where nothing is writable; here a folder that cannot be written means no cache.
+Numba's own cache looks only at the file of the function itself, so it misses a changed callee elsewhere; here the stamp
+covers the compiler and every source that the function's module imports. Numba also fails at import where nothing is
+writable; here a folder that cannot be written means no cache.
 """
 
 from __future__ import annotations
 
+import ast
 import hashlib
 import os
 import sys
@@ -29,15 +31,48 @@ def cache_folder() -> Path:
 
 
 @cache
-def source_stamp() -> str:
-    """A hash of the compiler and of every `_kernels.py`, `_*_kernels.py` of the package, and of the versions below."""
+def compiler_stamp() -> str:
+    """A hash of the kernel compiler and of the versions below it: names the cache folder."""
     import llvmlite
     import numba
 
     digest = hashlib.sha256(f"{numba.__version__} {llvmlite.__version__} {sys.version_info[:2]}".encode())
-    for path in sorted([*PACKAGE.glob("kernels/*.py"), *PACKAGE.rglob("_*kernels.py")]):
-        digest.update(path.relative_to(PACKAGE).as_posix().encode() + path.read_bytes())
+    for path in sorted(PACKAGE.glob("kernels/*.py")):
+        digest.update(path.name.encode() + path.read_bytes())
     return digest.hexdigest()[:16]
+
+
+@cache
+def source_stamp(module: str) -> str:
+    """A hash of a module's source and of all sources of the package that it imports, directly or not."""
+    pending, sources = [module], {}
+    while pending:
+        name = pending.pop()
+        path = _source_file(name)
+        if name in sources or path is None or PACKAGE.joinpath("kernels") in path.parents:
+            continue
+        sources[name] = path.read_bytes()
+        package = name if path.name == "__init__.py" else name.rpartition(".")[0]
+        for node in ast.walk(ast.parse(sources[name])):
+            if isinstance(node, ast.ImportFrom):
+                base = package.rsplit(".", node.level - 1)[0] if node.level else ""
+                target = ".".join(part for part in (base, node.module) if part)
+                pending += [target, *(f"{target}.{alias.name}" for alias in node.names)]
+            elif isinstance(node, ast.Import):
+                pending += [alias.name for alias in node.names]
+    digest = hashlib.sha256()
+    for name in sorted(sources):
+        digest.update(name.encode() + sources[name])
+    return digest.hexdigest()[:16]
+
+
+def _source_file(module: str) -> Path | None:
+    """The file of a module of this package; None for other modules and for names that are not modules."""
+    root, _, rest = module.partition(".")
+    if root != PACKAGE.name:
+        return None
+    path = PACKAGE.joinpath(*rest.split(".")) if rest else PACKAGE
+    return next((p for p in (path.with_suffix(".py"), path / "__init__.py") if p.is_file()), None)
 
 
 def attach_cache(dispatcher, content: str) -> None:
@@ -49,10 +84,10 @@ def attach_cache(dispatcher, content: str) -> None:
             self._function = function
 
         def get_cache_path(self) -> str:
-            return str(cache_folder() / source_stamp())
+            return str(cache_folder() / compiler_stamp())
 
         def get_source_stamp(self) -> str:
-            return source_stamp()
+            return source_stamp(self._function.__module__ or "")
 
         def get_disambiguator(self) -> str:
             return content[:16]

@@ -26,9 +26,9 @@ class Kernel:
         self._function, self._types, self._layout = function, types, layout
         self._compiled: dict[tuple[bool, ...], Callable] = {}
         self._one_record: Callable | None = None  # the machine code, once it exists
-        self._one_shapes = tuple(
-            None if kind is None else (len(kind) if isinstance(kind, tuple) else kind,) for kind in types.values()
-        )
+        self._widths = [
+            None if kind is None else len(kind) if isinstance(kind, tuple) else kind for kind in types.values()
+        ]
         self.width_out = layout if isinstance(layout, int) else len(layout)
 
     @cached_property
@@ -48,15 +48,30 @@ class Kernel:
 
     def __call__(self, *arrays: NDArray[np.float64], out: NDArray[np.float64] | None = None) -> NDArray[np.float64]:
         """The result, (..., K) with the broadcast leading axes of the arguments; written into `out` if given."""
-        if self._one_record is not None and tuple(getattr(a, "shape", ()) for a in arrays) == self._one_shapes:
-            result = np.empty(self.width_out) if out is None else out
-            if result.shape == (self.width_out,):
-                try:
-                    self._one_record(*arrays, result)
-                    return result
-                except TypeError:  # another dtype or memory order: the general way converts or says what is wrong
-                    pass
+        if self._one_record is not None:
+            result = self._directly(arrays, out)
+            if result is not None:
+                return result
         return self._general(arrays, out)
+
+    def _directly(self, arrays, out) -> NDArray[np.float64] | None:
+        """The common case without detours: arrays of equal batch shape, ready for machine code. None: not that case."""
+        batch = getattr(arrays[0], "shape", (0,))[:-1] if arrays else ()
+        shape = (*batch, self.width_out)
+        if tuple(getattr(a, "shape", None) for a in arrays) != tuple([(*batch, w) for w in self._widths]):
+            return None
+        if out is None:
+            out = np.empty(shape)
+        elif out.shape != shape or not out.flags.c_contiguous:
+            return None
+        try:
+            if batch:
+                self._one_record(*[a.reshape(-1) for a in arrays], out.reshape(-1))  # type: ignore[misc]
+            else:
+                self._one_record(*arrays, out)  # type: ignore[misc]
+        except TypeError:  # another dtype or memory order: the general way converts or says what is wrong
+            return None
+        return out
 
     def _general(self, arrays, out: NDArray[np.float64] | None) -> NDArray[np.float64]:
         arrays = [np.asarray(a, dtype=np.float64) for a in arrays]

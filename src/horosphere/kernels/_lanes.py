@@ -265,6 +265,39 @@ def store_lanes(typing_context, array, offset, value):
     return types.void(array, types.intp, value), code
 
 
+@intrinsic(prefer_literal=True)
+def load_columns(typing_context, array, offset, k, tag):
+    """k lanes in a row, from number `offset` of a C-contiguous array on: a tuple of lanes (structure of arrays)."""
+    if not isinstance(k, types.IntegerLiteral):
+        return None
+    count, lanes = k.literal_value, lane_type(array.dtype, tag.count)
+    result = types.UniTuple(lanes, count)
+
+    def code(context, builder, sig, args):
+        start = _data_pointer(context, builder, array, args[0], args[1])
+        start = builder.bitcast(start, context.get_value_type(lanes).as_pointer())
+        values = [_aligned(builder.load(builder.gep(start, [_I64(c)])), array.dtype) for c in range(count)]
+        return context.make_tuple(builder, result, values)
+
+    return result(array, types.intp, k, tag), code
+
+
+@intrinsic
+def store_columns(typing_context, array, offset, values):
+    """Write a tuple of lanes one behind the other, from number `offset` of a C-contiguous array on."""
+    lanes = common_type(list(values))
+
+    def code(context, builder, sig, args):
+        start = _data_pointer(context, builder, array, args[0], args[1])
+        start = builder.bitcast(start, context.get_value_type(lanes).as_pointer())
+        for c, (item, kind) in enumerate(zip(cgutils.unpack_tuple(builder, args[2], len(values)), values)):
+            item = convert(context, builder, item, kind, lanes)
+            _aligned(builder.store(item, builder.gep(start, [_I64(c)])), array.dtype)
+        return context.get_dummy_value()
+
+    return types.void(array, types.intp, values), code
+
+
 @intrinsic
 def spread(typing_context, value, tag):
     """A number as equal lanes of the tag's width."""

@@ -30,6 +30,16 @@ def store_lanes(array, offset, value):
     array.reshape(-1)[offset : offset + np.size(value)] = value
 
 
+def load_columns(array, offset, k, tag):
+    return tuple(load_lanes(array, offset + c * len(tag), tag) for c in range(k))
+
+
+def store_columns(array, offset, values):
+    width = max(np.size(v) for v in values)
+    for c, value in enumerate(values):
+        array.reshape(-1)[offset + c * width : offset + (c + 1) * width] = value
+
+
 def spread(value, tag):
     return value if len(tag) == 1 else np.full(len(tag), float(value))
 
