@@ -1,0 +1,227 @@
+"""The part of the elbow circle of an S-R-S arm on which its links clear sphere obstacles, in closed form."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..errors import InputError
+from ..numeric import float_array
+from ._targets import pose_arrays
+from ._wrist_arms import _reference, arm_lengths
+
+Floats = NDArray[np.float64]
+_TURN = 2.0 * np.pi
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Arcs:
+    """Free intervals of an angle on a circle.
+
+    free: (k, 2) sorted intervals [low, high] inside [-pi, pi], radians; an arc through pi is given as two intervals
+    that end at pi and start at -pi; (1, 2) = [[-pi, pi]] is the whole circle, (0, 2) nothing. reason: what leaves
+    nothing free, else "".
+    """
+
+    free: Floats
+    reason: str = ""
+
+    def contains(self, angle: ArrayLike, margin: float = 0.0) -> NDArray[np.bool_]:
+        """(...) the angle (any turn) lies in a free arc, at least `margin` radians from its ends."""
+        x = np.pi - np.mod(np.pi - float_array(angle, "angle"), _TURN)
+        inside = np.zeros(np.shape(x), dtype=bool)
+        for low, high in self.joined():
+            inside |= np.mod(x - low - margin, _TURN) <= high - low - 2.0 * margin if high - low < _TURN else True
+        return inside
+
+    def joined(self) -> Floats:
+        """(k, 2) the arcs with those that meet at pi joined: low in [-pi, pi), high up to low + 2 pi."""
+        arcs = [list(arc) for arc in self.free]
+        if len(arcs) > 1 and arcs[0][0] == -np.pi and arcs[-1][1] == np.pi:
+            arcs[-1][1] = arcs.pop(0)[1] + _TURN
+        return np.array(arcs).reshape(-1, 2)
+
+    def nearest(self, angle: float) -> float | None:
+        """The free angle nearest to `angle` on the circle, or None when nothing is free."""
+        if bool(self.contains(angle)):
+            return float(np.pi - np.mod(np.pi - angle, _TURN))
+        if not len(self.free):
+            return None
+        ends = self.joined().ravel()
+        distance = np.abs(np.mod(ends - angle + np.pi, _TURN) - np.pi)
+        return float(np.pi - np.mod(np.pi - ends[np.argmin(distance)], _TURN))
+
+    @property
+    def width(self) -> float:
+        """Total length of the free arcs, radians."""
+        return float((self.free[:, 1] - self.free[:, 0]).sum())
+
+
+def elbow_arcs(robot: Any, target: Any, obstacles: Any, clearance: float = 0.0, *, fixed_bodies: bool = True) -> Arcs:
+    """The elbow angles psi of an S-R-S arm at which its links stay at least `clearance` metres from sphere obstacles.
+
+    target: one pose of the tip. obstacles: what `shapes.as_shapes` takes, spheres only. The arcs are exact for the
+    capsules of upper arm and forearm (all 8 branches share them). Bodies that do not move with psi (column, hand)
+    decide all or nothing; `fixed_bodies=False` leaves them out. Joint limits are not part of it.
+    One link is a segment from a fixed end P (shoulder or wrist) to the elbow on sphere(P, L); an obstacle grown by
+    radius and clearance to rho forbids the side E.pi > 0 of the plane of its tangent cone (or of the radical plane of
+    both spheres), and that plane cuts the elbow circle in the point pair (z ^ pi)*. Our derivation.
+    Raises InputError for another robot, a batch of targets, obstacles that are not spheres, capsules off the links'
+    axes.
+    """
+    if not robot.closed_form or robot.closed_form[0] != "srs_arm":
+        raise InputError(
+            f"robot {robot.name!r} is not an S-R-S arm", place="robot", remedy="make it with robots.srs_arm(...)"
+        )
+    dbs, dse, dew, dwf = arm_lengths(robot)
+    rotation, origin = pose_arrays(target)
+    if origin.ndim != 1:
+        raise InputError(f"expected one pose, got a batch of shape {origin.shape[:-1]}", place="target")
+    clearance = float(float_array(clearance, "clearance", ndim=0))
+    centers, radii = _balls(obstacles)
+    links = _link_capsules(robot, dse, dew)
+
+    shoulder, wrist = np.array([0.0, 0.0, dbs]), origin - dwf * rotation[:, 2]
+    span = wrist - shoulder
+    distance = float(np.sqrt(span @ span))
+    missing = max(distance - (dse + dew), abs(dse - dew) - distance)
+    if missing > 1e-13 * (dse + dew) or distance < 1e-12:
+        return Arcs(np.zeros((0, 2)), f"the pose is out of reach by {max(missing, 0.0):.4g} m")
+    if fixed_bodies:
+        blocked = _fixed_contact(robot, rotation, origin, centers, radii, clearance)
+        if blocked:
+            return Arcs(np.zeros((0, 2)), blocked)
+    u = span / distance
+    r = _reference(u)
+    along = (dse * dse - dew * dew + distance * distance) / (2.0 * distance)
+    rho = np.sqrt(max(dse * dse - along * along, 0.0))
+    circle = (shoulder + along * u, rho * r, rho * np.cross(u, r))  # centre, and the elbow at psi = 0 and pi/2 from it
+
+    forbidden: list[tuple[float, float]] = []
+    for name, end, length, radius in (("upper arm", shoulder, dse, links[0]), ("forearm", wrist, dew, links[1])):
+        if radius is None:
+            continue
+        for k, (center, size) in enumerate(zip(centers, radii)):
+            cut = _link_plane(end, length, center, size + radius + clearance)
+            if cut is None:
+                continue
+            arc = (0.0, np.pi) if isinstance(cut, str) else _arc_beyond(circle, *cut)
+            if arc is None:
+                continue
+            if arc[1] >= np.pi:
+                return Arcs(np.zeros((0, 2)), f"obstacle {k} is closer than {clearance:g} m to the {name} at every psi")
+            forbidden.append(arc)
+    free = _complement(forbidden)
+    return Arcs(free, "" if len(free) else "the forbidden arcs of the obstacles cover the elbow circle")
+
+
+def _link_plane(end: Floats, length: float, center: Floats, rho: float) -> tuple[Floats, float] | str | None:
+    """(n, d) with n.e > d exactly when the segment from `end` to e, |e - end| = length, comes closer than rho to
+    `center`.
+
+    "all": always; None: never.
+    """
+    toward = center - end
+    distance = float(np.sqrt(toward @ toward))
+    if distance < rho or distance == 0.0:
+        return "all"
+    if rho <= 0.0 or distance >= rho + length:
+        return None
+    n = toward / distance
+    tangent = float(np.sqrt((distance - rho) * (distance + rho)))
+    if tangent <= length:  # the tangent cone, cut at the elbow's distance
+        return n, float(n @ end) + length * tangent / distance
+    # The radical plane of sphere(end, length) and sphere(center, rho).
+    return n, float(n @ end) + (distance * distance + length * length - rho * rho) / (2.0 * distance)
+
+
+def _arc_beyond(circle: tuple[Floats, Floats, Floats], n: Floats, d: float) -> tuple[float, float] | None:
+    """(middle, half width) of the arc of c + a cos psi + b sin psi on the side n.e > d; half width pi: all; None:
+    nothing.
+    """
+    center, a, b = circle
+    x, y, offset = float(n @ a), float(n @ b), float(n @ center) - d
+    size = float(np.hypot(x, y))
+    if abs(offset) >= size:
+        return (0.0, np.pi) if offset > 0.0 else None
+    return float(np.arctan2(y, x)), float(np.arctan2(np.sqrt((size - offset) * (size + offset)), -offset))
+
+
+def _complement(forbidden: list[tuple[float, float]]) -> Floats:
+    """What the open arcs (middle, half width) leave of [-pi, pi]."""
+    parts: list[tuple[float, float]] = []
+    for middle, half in forbidden:
+        low = np.mod(middle - half + np.pi, _TURN) - np.pi
+        high = low + 2.0 * half
+        parts += [(low, min(high, np.pi))] + ([(-np.pi, high - _TURN)] if high > np.pi else [])
+    free, reached = [], -np.pi
+    for low, high in sorted(parts):
+        if low > reached:
+            free.append((reached, low))
+        reached = max(reached, high)
+    if reached < np.pi:
+        free.append((reached, np.pi))
+    return np.array(free).reshape(-1, 2)
+
+
+def _balls(obstacles: Any) -> tuple[Floats, Floats]:
+    """Centres (m, 3) and radii (m,) of sphere obstacles."""
+    from ..shapes import Ball, as_shapes
+
+    shapes = as_shapes(obstacles)
+    for k, shape in enumerate(shapes):
+        if not isinstance(shape, Ball):
+            raise InputError(
+                f"expected spheres, got a {type(shape).__name__}", place=f"obstacles[{k}]",
+                remedy="cover it with spheres, or sample psi with distance.signed",
+            )  # fmt: skip
+    centers = np.array([np.asarray(s.center, float) for s in shapes]).reshape(-1, 3)
+    return centers, np.array([float(s.radius) for s in shapes])
+
+
+def _link_capsules(robot: Any, dse: float, dew: float) -> tuple[float | None, float | None]:
+    """Radii of the capsules S-E and E-W, None where the link has no body."""
+    # By place in the chain: link 3 carries the upper arm from S, links 4 and 5 the forearm from E.
+    spans = {3: (0, 0.0, dse), 4: (1, 0.0, dew), 5: (1, 0.0, dew)}
+    found: list[float | None] = [None, None]
+    for item, link in enumerate(robot.capsules.link):
+        place = robot.chain.index(link) if link in robot.chain else -1
+        if place not in spans:
+            continue
+        slot, low, high = spans[place]
+        a, b = robot.capsules.a[item], robot.capsules.b[item]
+        ends = sorted((float(a[2]), float(b[2])))
+        if not _on_axis(a, b) or abs(ends[0] - low) > 1e-9 or abs(ends[1] - high) > 1e-9:
+            raise InputError(
+                f"capsule {item} ({robot.capsules.note[item]}) is not the whole segment of its link", place="robot",
+                remedy="sample psi with distance.signed, or use one capsule a segment",
+            )  # fmt: skip
+        found[slot] = max(found[slot] or 0.0, float(robot.capsules.radius[item]))
+    return found[0], found[1]
+
+
+def _fixed_contact(robot, rotation, origin, centers, radii, clearance) -> str:
+    """The first body that does not move with psi and is closer than `clearance` to an obstacle, in words, or ""."""
+    dwf = float(robot.closed_form[1]["dwf"])
+    for item, link in enumerate(robot.capsules.link):
+        a, b = robot.capsules.a[item], robot.capsules.b[item]
+        if link == robot.chain[7]:
+            wrist = origin - dwf * rotation[:, 2]
+            a, b = wrist + rotation @ a, wrist + rotation @ b
+        elif link != robot.chain[0]:
+            continue
+        side = b - a
+        t = np.clip(((centers - a) @ side) / max(float(side @ side), 1e-300), 0.0, 1.0)
+        gap = np.sqrt(((centers - a - t[:, None] * side) ** 2).sum(axis=-1)) - radii - robot.capsules.radius[item]
+        if len(gap) and gap.min() < clearance:
+            k = int(np.argmin(gap))
+            body = robot.capsules.note[item] or robot.links[link].name
+            return f"obstacle {k} is {gap[k]:.4g} m from {body}, at every psi"
+    return ""
+
+
+def _on_axis(a: Floats, b: Floats) -> bool:
+    return bool(np.abs(np.r_[a[:2], b[:2]]).max() < 1e-9)

@@ -1,0 +1,261 @@
+"""Inverse kinematics of the 5-DOF humanoid arm: targets in, branches out. The geometry is in `_humanoid_geometry.py`."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..errors import InputError
+from ..numeric import float_array, wrap_angle
+from ._humanoid_geometry import gripper_circle, humanoid_branches
+from ._solutions import IkSolutions, branch_table
+from ._targets import GripperOnPlane, broadcast_rows, pose_arrays, run
+
+Floats = NDArray[np.float64]
+
+BITS = ("back", "elbow", "flip")
+REACH_TOLERANCE = 1e-13  # of the squared half distance of the elbow pair, over (d1 + d2)^2: arm stretched or folded
+POSE_TOLERANCE = 1e-9  # radians: how far the forearm may lie out of the plane that a wanted hinge allows
+_SCAN = 120  # samples of phi in the strict reading; two roots closer than 3 degrees may be missed
+
+
+def humanoid_inverse(
+    robot: Any, target: Any, *, phi: ArrayLike | None = None, seed: ArrayLike | None = None, strict: bool = False
+) -> IkSolutions:
+    """All 8 branches (back, elbow, flip) of the 5-DOF arm. Radians, metres, base frame.
+
+    target: GripperOnPlane with `phi` (...), default 0: the wrist's angle on its circle, gripper outwards at 0; batch
+    axes of the target, phi and seed (..., 5) broadcast. Or a pose of the tip, valid when the 5 joints can reach it.
+    strict: the whole gripper parallel to the plane (axis of joint 5 too); phi is then found by root search and returned
+    in `.free`, and rows are one block of 8 per root.
+    Source: [Humanoid] section V, corrected (docs/errata.md).
+    """
+    arm = arm_parameters(robot.closed_form[1])
+    seed_rows = np.zeros(5) if seed is None else float_array(seed, "seed", last=5)
+    if not isinstance(target, GripperOnPlane):
+        if phi is not None or strict:
+            raise InputError("phi and strict belong to a GripperOnPlane target; a pose leaves no freedom", place="phi")
+        return _of_pose(robot, arm, *pose_arrays(target), seed_rows)
+    if strict:
+        if phi is not None:
+            raise InputError("the strict reading finds phi itself", place="phi", remedy="leave phi out")
+        return _strict(robot, arm, target, seed_rows)
+    angle = float_array(0.0 if phi is None else phi, "phi")
+    batch = np.broadcast_shapes(target.point.shape[:-1], target.normal.shape[:-1], angle.shape, seed_rows.shape[:-1])
+    pt, n, at, kept = broadcast_rows(batch, target.point, target.normal, angle[..., None], seed_rows)
+    p2, spare = wrists(arm, pt, n, at)
+    table = branches(arm, p2, pt, kept)
+    result = _Branches(table, batch)
+    result.flags["gripper_spare"] = spare.reshape(batch)
+    return result.solutions(robot, arm, lambda q: plane_residual(arm, q, pt.reshape(*batch, 3), p2.reshape(*batch, 3)))
+
+
+def arm_parameters(parameters: dict[str, float]) -> Floats:
+    """(5,) a, h, d1, d2, d3 from the lengths d0, h, d1, d2, d3; a = sqrt(d0^2 - h^2)."""
+    d0, h, d1, d2, d3 = (float(parameters[k]) for k in ("d0", "h", "d1", "d2", "d3"))
+    return np.array([np.sqrt(max(d0 * d0 - h * h, 0.0)), h, d1, d2, d3])
+
+
+def wrists(arm: Floats, pt: Floats, n: Floats, phi: Floats) -> tuple[Floats, NDArray[np.bool_]]:
+    """Wrist points (m, 3) on the gripper circle, and where phi = 0 needed a spare direction. Rows (m, 3), (m, 3), (m,
+    1).
+    """
+    table = run(gripper_circle, (False, False, False, True), pt, n, phi, arm[4:])
+    return np.ascontiguousarray(table[:, :3]), table[:, 3] > 0.5
+
+
+def branches(arm: Floats, p2: Floats, pt: Floats, seed: Floats, hinge: Floats | None = None) -> Floats:
+    """The raw table (m, 57) of `humanoid_branches`; all arguments are rows."""
+    rows = len(pt)
+    if len(seed) != rows:
+        seed = np.ascontiguousarray(np.broadcast_to(seed, (rows, 5)))
+    wanted = np.zeros((rows, 3)) if hinge is None else hinge
+    return run(humanoid_branches, (False, False, False, False, True), p2, pt, seed, wanted, arm)
+
+
+def candidates(arm: Floats, pt: Floats, n: Floats, phi: Floats) -> tuple[Floats, NDArray[np.bool_]]:
+    """Fast path without checks: angles (m, 8, 5) and validity (m, 8) for rows pt, n (m, 3) and phi (m, 1)."""
+    p2, _ = wrists(arm, pt, n, phi)
+    table = branches(arm, p2, pt, np.zeros((1, 5)))
+    return table[:, :40].reshape(-1, 8, 5), np.repeat(table[:, 40:42] > -REACH_TOLERANCE, 4, axis=1)
+
+
+class _Branches:
+    """The raw table as named arrays on the batch."""
+
+    def __init__(self, table: Floats, batch: tuple[int, ...]) -> None:
+        self.q = np.ascontiguousarray(table[:, :40]).reshape(*batch, 8, 5)
+        reach = table[:, 40:42].reshape(*batch, 2)
+        self.gap = table[:, 42:44].reshape(*batch, 2)
+        self.valid = np.repeat(reach > -REACH_TOLERANCE, 4, axis=-1)
+        self.miss = np.repeat(np.abs(table[:, 49:53]).reshape(*batch, 4), 2, axis=-1)
+        self.side = table[:, 53:57].reshape(*batch, 4)
+        self.flags = {
+            "on_axis": (table[:, 44] > 0.5).reshape(batch),  # wrist on the torso axis: theta1 kept
+            "stretched": np.repeat(np.abs(reach) < 1e-12, 4, axis=-1),  # both elbows are one
+            "straight_wrist": np.repeat((table[:, 45:49] > 0.5).reshape(*batch, 4), 2, axis=-1),  # theta4 kept
+        }
+
+    def solutions(self, robot: Any, arm: Floats, residual: Any, free: Floats | None = None) -> IkSolutions:
+        q, valid, gap = self.q, self.valid, self.gap
+        return IkSolutions(
+            q, valid, branch_table(3), lambda: residual(q), True,
+            lambda: _reasons(valid, gap, arm, self.flags.get("pose")), bits=BITS, flags=self.flags, free=free,
+        )  # fmt: skip
+
+
+def _reasons(valid: NDArray[np.bool_], gap: Floats, arm: Floats, wrong_pose: NDArray[np.bool_] | None) -> Any:
+    """Why no branch is valid: a str for one target, an object array for a batch."""
+    nearest, failed = gap.min(axis=-1), ~valid.any(axis=-1)
+    text = np.full(failed.shape, "", dtype=object)
+    span = f"the arm spans {abs(arm[2] - arm[3]):.4g} to {arm[2] + arm[3]:.4g} m from shoulder to wrist"
+    for at in np.argwhere(failed):
+        index = tuple(at)
+        if nearest[index] > 0.0:
+            text[index] = f"out of reach by {nearest[index]:.4g} m: {span}"
+        elif wrong_pose is not None:
+            text[index] = (
+                "the position is in reach but not with this orientation: 5 joints cannot choose the gripper's roll"
+            )
+        else:
+            text[index] = "no posture of the arm meets the target"
+    return text if failed.ndim else str(text[()])
+
+
+def plane_residual(arm: Floats, q: Floats, pt: Floats, p2: Floats) -> Floats:
+    """(..., branches) how far forward kinematics of q misses the gripper point and the wrist, metres (larger of the
+    two).
+    """
+    wrist, tip = wrist_and_tip(arm, q)
+    off = lambda x, y: np.sqrt(((x - y[..., None, :]) ** 2).sum(axis=-1))  # noqa: E731
+    return np.maximum(off(tip, pt), off(wrist, p2))
+
+
+def wrist_and_tip(arm: Floats, q: Floats) -> tuple[Floats, Floats]:
+    """Wrist and gripper points (..., 3) by plane trigonometry in the arm plane: independent of the inverse's geometry."""
+    a, h, d1, d2, d3 = arm
+    t1, t2, t4, t5 = q[..., 0], q[..., 1], q[..., 3], q[..., 4]
+    t23 = t2 + q[..., 2]
+    zero = np.zeros_like(t1)
+    u = np.stack([np.cos(t1), zero, -np.sin(t1)], axis=-1)  # the arm plane's radial direction
+    m = np.stack([np.sin(t1), zero, np.cos(t1)], axis=-1)  # its normal
+    up = np.array([0.0, 1.0, 0.0])
+    forearm = np.sin(t23)[..., None] * u + np.cos(t23)[..., None] * up
+    wrist = a * u + h * up + d1 * (np.sin(t2)[..., None] * u + np.cos(t2)[..., None] * up) + d2 * forearm
+    across = np.cos(t23)[..., None] * u - np.sin(t23)[..., None] * up  # forearm turned by -pi/2 in the plane
+    side = np.cos(t4)[..., None] * across - np.sin(t4)[..., None] * m
+    return wrist, wrist + d3 * (np.cos(t5)[..., None] * forearm + np.sin(t5)[..., None] * side)
+
+
+def _of_pose(robot: Any, arm: Floats, rotation: Floats, origin: Floats, seed: Floats) -> IkSolutions:
+    """A whole pose of the tip: the hinge of the wrist is known, so of each flip pair one row can be valid."""
+    batch = np.broadcast_shapes(origin.shape[:-1], seed.shape[:-1])
+    pt, gripper, hinge, kept = broadcast_rows(batch, origin, rotation[..., :, 1], rotation[..., :, 2], seed)
+    p2 = pt - arm[4] * gripper
+    result = _Branches(branches(arm, p2, pt, kept, hinge), batch)
+    flip = np.stack([result.side > 0.0, result.side < 0.0], axis=-1).reshape(*batch, 8)
+    possible = result.miss < POSE_TOLERANCE
+    result.flags["pose"] = result.valid.any(axis=-1) & ~(result.valid & possible & flip).any(axis=-1)
+    result.valid = result.valid & possible & flip
+
+    def residual(q: Floats) -> Floats:
+        points = plane_residual(arm, q, pt.reshape(*batch, 3), p2.reshape(*batch, 3))
+        return np.maximum(points, np.where(flip, result.miss, np.maximum(result.miss, np.pi)))
+
+    return result.solutions(robot, arm, residual)
+
+
+def _strict(robot: Any, arm: Floats, target: GripperOnPlane, seed: Floats) -> IkSolutions:
+    """The gripper plane itself parallel to the target plane: forearm . (n x g) = 0, one equation in phi per (back,
+    elbow).
+
+    Sign changes on a scan of the circle, also up to the ends of its reachable parts, then bisection.
+    """
+    batch = np.broadcast_shapes(target.point.shape[:-1], target.normal.shape[:-1], seed.shape[:-1])
+    pt, n, kept = broadcast_rows(batch, target.point, target.normal, seed)
+    count = len(pt)
+
+    def evaluate(rows: NDArray[np.int64], phi: Floats) -> tuple[Floats, NDArray[np.bool_], Floats]:
+        at, normal = pt[rows], n[rows]
+        p2, _ = wrists(arm, at, normal, phi[:, None])
+        hinge = np.asarray(np.cross(normal, (at - p2) / arm[4]), dtype=np.float64)
+        table = branches(arm, p2, at, kept[rows], np.ascontiguousarray(hinge))
+        return table[:, 49:53], np.repeat(table[:, 40:42] > -REACH_TOLERANCE, 2, axis=1), table
+
+    scan = -np.pi + 2.0 * np.pi * (np.arange(_SCAN + 1) + 0.3819660112501051) / _SCAN
+    rows = np.repeat(np.arange(count), _SCAN + 1)
+    miss, real, table = evaluate(rows, np.tile(scan, count))
+    miss, real = miss.reshape(count, -1, 4), real.reshape(count, -1, 4)
+    left, right = real[:, :-1], real[:, 1:]
+    cell = np.argwhere((left & right & (miss[:, :-1] * miss[:, 1:] <= 0.0)) | (left != right))
+    where, step, kind = cell.T if len(cell) else np.zeros((3, 0), np.int64)
+    low, high = scan[step].copy(), scan[step + 1].copy()
+    pick = np.arange(len(where))
+    edge = left[where, step, kind] != right[where, step, kind]
+    swap = edge & ~left[where, step, kind]  # start each edge cell from its reachable end
+    low[swap], high[swap] = high[swap], low[swap].copy()
+    far = high.copy()
+    for _ in range(60 if edge.any() else 0):  # the end of the reachable part
+        middle = 0.5 * (low + far)
+        ok = evaluate(where, middle)[1][pick, kind]
+        inner = np.where(ok, middle, low)
+        far = np.where(ok, far, middle)
+        low = np.where(edge, inner, low)
+    start = np.where(edge, np.where(swap, scan[step + 1], scan[step]), low)
+    end = np.where(edge, low, high)
+    low, high = start, end
+    f_low, f_high = evaluate(where, low)[0][pick, kind], evaluate(where, high)[0][pick, kind]
+    keep = f_low * f_high <= 0.0
+    where, kind, low, high, f_low = where[keep], kind[keep], low[keep], high[keep], f_low[keep]
+    pick = np.arange(len(where))
+    for _ in range(60 if len(where) else 0):
+        middle = 0.5 * (low + high)
+        f = evaluate(where, middle)[0][pick, kind]
+        same = f * f_low > 0.0
+        low, high = np.where(same, middle, low), np.where(same, high, middle)
+    root = 0.5 * (low + high)
+    return _strict_rows(robot, arm, batch, count, where, kind, root, evaluate, table, pt, n)
+
+
+def _strict_rows(robot, arm, batch, count, where, kind, root, evaluate, scan_table, pt, n) -> IkSolutions:
+    """One block of 8 rows per root index; the k-th root of each (back, elbow) fills the k-th block."""
+    order = np.lexsort((root, kind, where))
+    where, kind, root = where[order], kind[order], root[order]
+    group = where * 4 + kind
+    first = np.r_[True, group[1:] != group[:-1]] if len(group) else np.zeros(0, bool)
+    start = np.maximum.accumulate(np.where(first, np.arange(len(group)), 0)) if len(group) else np.zeros(0, np.int64)
+    rank = np.arange(len(group)) - start
+    blocks = int(rank.max()) + 1 if len(rank) else 1
+    q = np.tile(scan_table[:: _SCAN + 1, None, :40].reshape(count, 1, 8, 5), (1, blocks, 1, 1))
+    valid, free = np.zeros((count, blocks, 8), bool), np.zeros((count, blocks, 8))
+    miss = np.full((count, blocks, 8), np.pi)
+    if len(root):
+        value, real, table = evaluate(where, root)
+        pick = np.arange(len(root))
+        found = table[:, :40].reshape(-1, 4, 2, 5)[pick, kind]
+        good = real[pick, kind] & (np.abs(value[pick, kind]) < POSE_TOLERANCE)
+        for flip in (0, 1):
+            q[where, rank, 2 * kind + flip] = found[:, flip]
+            valid[where, rank, 2 * kind + flip] = good
+            free[where, rank, 2 * kind + flip] = wrap_angle(root)
+            miss[where, rank, 2 * kind + flip] = np.abs(value[pick, kind])
+    rows = blocks * 8
+    q, valid = q.reshape(*batch, rows, 5), valid.reshape(*batch, rows)
+    free, miss = free.reshape(*batch, rows), miss.reshape(*batch, rows)
+    p, normal = pt.reshape(*batch, 3), n.reshape(*batch, 3)
+
+    def residual() -> Floats:
+        wrist, tip = wrist_and_tip(arm, q)
+        position = np.sqrt(((tip - p[..., None, :]) ** 2).sum(axis=-1))
+        slope = np.abs(((tip - wrist) * normal[..., None, :]).sum(axis=-1)) / arm[4]
+        return np.maximum(np.maximum(position, slope), miss)
+
+    def reason() -> Any:
+        failed = ~valid.any(axis=-1)
+        text = "no phi brings the whole gripper parallel to the plane: drop strict, or move the target"
+        return np.where(failed, text, "").astype(object) if failed.ndim else (text if failed else "")
+
+    branch = np.tile(branch_table(3), (blocks, 1))
+    return IkSolutions(q, valid, branch, residual, True, reason, bits=BITS, flags={}, free=free)

@@ -1,0 +1,226 @@
+"""Closed-form inverse kinematics of a classified chain: poses in, all branches out (loops: `_inverse_kernels.py`)."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..errors import InputError
+from ..numeric import float_array
+from ._classify import Structure, chain_structure, classify
+from ._solutions import IkSolutions, branch_table
+from ._targets import pose_motor
+from ._wrist_arms import pose_residual, reach_reasons
+
+Floats = NDArray[np.float64]
+_EXACT = 1e-11  # metres: structures missed by more are polished on the true axes
+_POLISHED = 1e-10  # residual (m, rad) that a polished row must reach
+_SAMPLES = 32  # of the redundancy, where its best value is looked for
+_WORDS = {
+    "sew7": "the distance from the shoulder to the wrist is out of range for this q7",
+    "srs7": "the distance from the shoulder to the wrist is out of range",
+    "us5": "5 joints reach a 5-dimensional set of poses, and this one moves the elbow off its sphere",
+    "spherical6": "the first three joints cannot bring the wrist there",
+    "parallel6": "the parallel joints cannot bring the wrist there",
+}
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Solver:
+    """What the compiled loops of one robot take: made once, kept with the robot."""
+
+    structure: Structure
+    arm: Floats
+    true_arm: Floats
+    limits: Floats
+    table: NDArray[np.int64]
+    joints: int
+    branches: int
+    loop: Any
+
+    def rows(self, motors: Floats, value: Floats | None, seeds: Floats):
+        """q (m, branches, n), valid, gap (m,), free, residual or None; all arguments C-contiguous and writable."""
+        count = len(motors)
+        q = np.zeros((count, self.branches, self.joints))
+        valid, free = np.empty((count, self.branches), bool), np.empty((count, self.branches), bool)
+        gap = np.empty(count)
+        if value is None:
+            self.loop(self.arm, self.limits, motors, seeds, q, valid, gap, free)
+        else:
+            self.loop(self.arm, self.limits, motors, value, seeds, q, valid, gap, free)
+        return q, valid, gap, free, self.polished(motors, q, valid)
+
+    def polished(self, motors: Floats, q: Floats, valid: NDArray[np.bool_]) -> Floats | None:
+        """Newton steps on the true axes where the structure is not exact: residual (m, branches), else None."""
+        gap = self.structure.gap
+        if gap <= _EXACT:
+            return None
+        from ._inverse_kernels import polish
+
+        residual = np.full(valid.shape, np.inf)
+        locked = {"q7": 6, "q1": 0}.get(self.structure.parameter or "", -1)
+        polish(self.true_arm, self.limits, motors, q, valid, locked, 12 if gap > 1e-6 else 3, residual)
+        valid &= residual < _POLISHED
+        return residual
+
+
+def solver(robot: Any) -> Solver:
+    """The compiled solver of a robot that `classify` found a structure for."""
+    known = robot.memo.get("ik solver")
+    if known is not None:
+        return known
+    from . import _inverse_kernels as loops
+
+    structure = classify(robot)
+    if structure.screws is None:  # a built-in arm, asked for by its axes
+        structure = chain_structure(robot)
+    chain, special = structure.screws, structure.special
+    assert chain is not None and special is not None
+    n = len(chain.axes)
+    number = float(structure.mode) if structure.name == "spherical6" else max(1e-9, 10.0 * structure.gap)
+    home = np.linalg.inv(np.linalg.inv(chain.home) if structure.is_reversed else chain.home)
+    tail = [home[:3, :3], home[None, :3, 3], [[float(structure.is_reversed), number, 0.0]]]
+    arm = np.concatenate([chain.axes, chain.points, *tail, special])
+    true = chain.reversed() if structure.is_reversed else chain
+    true_arm = np.concatenate([true.axes, true.points, *tail[:2], [[0.0, 0.0, 0.0]]])
+    made = Solver(
+        structure, np.ascontiguousarray(arm), np.ascontiguousarray(true_arm),
+        np.array([robot.limits.lower, robot.limits.upper]), branch_table(len(structure.bits)), n, structure.branches,
+        getattr(loops, structure.name),
+    )  # fmt: skip
+    robot.memo["ik solver"] = made
+    return made
+
+
+def structured_inverse(
+    robot: Any, target: Any, *, parameter: ArrayLike | None = None, seed: ArrayLike | None = None
+) -> IkSolutions:
+    """All branches of a classified chain for a pose of its tip. Radians, metres, base frame.
+
+    parameter: (...) value of the redundancy (q7, q1 or psi); default: that of `seed` (..., n), and without a seed the
+    value with the largest distance to the joint limits, for every branch its own (in `.free`).
+    """
+    made = robot.memo.get("ik solver") or solver(robot)
+    structure, n = made.structure, made.joints
+    motor = pose_motor(target)
+    if motor.ndim == 1 and type(parameter) is float and seed is None and math.isfinite(parameter):
+        rows = made.rows(motor.copy().reshape(1, 8), np.full(1, parameter), np.zeros((1, n)))
+        return _package(robot, made, (), motor, *rows, parameter)  # one pose, the quick way
+    seeds = np.zeros(n) if seed is None else float_array(seed, "seed", last=n)
+    redundant = structure.parameter is not None
+    given = None if parameter is None else float_array(parameter, str(structure.parameter))
+    batch = motor.shape[:-1]
+    if seeds.ndim > 1 or (given is not None and given.ndim):
+        batch = np.broadcast_shapes(batch, seeds.shape[:-1], () if given is None else given.shape)
+    motors, kept = _rows(motor, batch, 8), _rows(seeds, batch, n)
+    value = None
+    if redundant and given is not None:
+        value = np.array(np.broadcast_to(given, batch)).reshape(-1)
+    elif redundant and seed is not None:
+        value = psi_of(made, kept) if structure.name == "srs7" else kept[:, 0 if structure.is_reversed else 6].copy()
+    if redundant and value is None:
+        q, valid, gap, free, residual, values = _best(made, motors, kept)
+        shown = values.reshape(*batch, made.branches)
+    else:
+        q, valid, gap, free, residual = made.rows(motors, value, kept)
+        shown = None if value is None else np.broadcast_to(value.reshape(*batch, 1), (*batch, made.branches))
+    return _package(robot, made, batch, motor, q, valid, gap, free, residual, shown)
+
+
+def _package(robot, made: Solver, batch, motor, q, valid, gap, free, residual, shown) -> IkSolutions:
+    """The rows of the compiled loop as a result on the batch."""
+    shape = (*batch, made.branches)
+    q, valid = q.reshape(*shape, made.joints), valid.reshape(shape)
+    if type(shown) is float:
+        shown = np.full(made.branches, shown)
+
+    def error() -> Floats:
+        return pose_residual(robot, q, motor) if residual is None else residual.reshape(shape)
+
+    def reason() -> Any:
+        return reach_reasons(
+            valid, gap.reshape(batch), _WORDS[made.structure.name], "the wrist cannot take this orientation"
+        )
+
+    return IkSolutions(
+        q, valid, made.table, error, True, reason,
+        bits=made.structure.bits, flags={"angle_kept": free.reshape(shape)}, free=shown,
+    )  # fmt: skip
+
+
+def _rows(array: Floats, batch: tuple[int, ...], width: int) -> Floats:
+    """(m, width) writable contiguous rows on the whole batch."""
+    if array.shape == (width,) and batch == ():
+        return array.copy().reshape(1, width)
+    return np.array(np.broadcast_to(array, (*batch, width)), order="C").reshape(-1, width)
+
+
+def _best(made: Solver, motors: Floats, seeds: Floats):
+    """For every branch the redundancy with the largest distance to the joint limits."""
+    from ._inverse_kernels import best
+
+    kind, low, high = 1, -np.pi, np.pi
+    if made.structure.name == "sew7":
+        j, kind = (0 if made.structure.is_reversed else 6), 0
+        low, high = np.maximum(made.limits[0, j], -np.pi), np.minimum(made.limits[1, j], np.pi)
+    count = len(motors)
+    q, value = np.zeros((count, 8, made.joints)), np.empty((count, 8))
+    valid, free, gap = np.empty((count, 8), bool), np.zeros((count, 8), bool), np.empty(count)
+    best(kind, made.arm, made.limits, float(low), float(high), _SAMPLES, motors, seeds, value, q, valid, gap, free)
+    return q, valid, gap, free, made.polished(motors, q, valid), value
+
+
+def psi_of(made: Solver, q: Floats) -> Floats:
+    """(m,) elbow angle psi of postures (m, 7) of an srs7 chain."""
+    chain, special = made.structure.screws, made.structure.special
+    assert chain is not None and special is not None
+    S, W, E = special
+    R = np.broadcast_to(np.eye(3), (len(q), 3, 3))
+    for axis, angle in zip(chain.axes[:3], q.T):
+        R = R @ _turns(axis, angle)
+    elbow, axis4 = R @ (E - S), R @ chain.axes[3]
+    p4 = chain.points[3]
+    w = (R @ (p4 - S)[:, None] + R @ _turns(chain.axes[3], q[:, 3]) @ (W - p4)[:, None])[..., 0]
+    u = w / np.linalg.norm(w, axis=-1, keepdims=True)
+    flat = np.linalg.norm(np.cross(elbow, u), axis=-1, keepdims=True) < 1e-10
+    lever = np.where(flat, np.cross(axis4, w), elbow)
+    r = psi_reference(chain.axes[0], u)
+    return np.arctan2((lever * np.cross(u, r)).sum(axis=-1), (lever * r).sum(axis=-1))
+
+
+def _turns(axis: Floats, angle: Floats) -> Floats:
+    """(m, 3, 3) turns about a unit axis."""
+    x, y, z = axis
+    K = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    return np.eye(3) + np.sin(angle)[:, None, None] * K + (1.0 - np.cos(angle))[:, None, None] * (K @ K)
+
+
+def psi_reference(axis1: Floats, u: Floats) -> Floats:
+    """The unit direction of psi = 0 across unit vectors u (..., 3): the side of axis 1, or of its fixed normal if
+    parallel.
+    """
+    spare = np.cross(axis1, [1.0, 0.0, 0.0] if abs(axis1[0]) < 0.7 else [0.0, 1.0, 0.0])
+    spare /= np.linalg.norm(spare)
+    parallel = (np.cross(axis1, u) ** 2).sum(axis=-1, keepdims=True) < 1e-18
+    side = np.cross(np.where(parallel, spare, axis1), u)
+    side /= np.linalg.norm(side, axis=-1, keepdims=True)
+    return np.asarray(np.cross(u, side), dtype=np.float64)
+
+
+def parameter_value(structure: Structure, given: dict[str, Any], robot_name: str) -> Any:
+    """The one redundancy parameter that was given, or None; InputError for one that the structure does not have."""
+    value = None
+    for name, candidate in given.items():
+        if candidate is None:
+            continue
+        if name != structure.parameter:
+            raise InputError(
+                f"the inverse kinematics of {robot_name!r} ({structure.name}) has no {name!r}", place=name,
+                choices=("seed",) + ((structure.parameter,) if structure.parameter else ()),
+            )  # fmt: skip
+        value = candidate
+    return value

@@ -1,0 +1,225 @@
+"""Robots as YAML files: the built-in catalogue, and what `save` writes.
+
+    horosphere/robot: 1
+    name: two-link
+    source: drawn by hand
+    links:
+      - {name: base}
+      - {name: arm, parent: base, joint: shoulder, type: revolute, xyz: [0, 0, 0.1], axis: [0, 1, 0],
+         limits: {lower: -90 deg, upper: 90 deg, velocity: 2.0}}
+    tip: arm
+    tool: {xyz: [0, 0, 0.3]}
+    closed_form: {srs_arm: {dbs: 0.1, ...}}       # optional
+    capsules: {arm: {radius: 0.04}}               # optional, as in a capsule file
+
+A frame is `xyz` (metres) with `rpy` (radians) or `rpy_deg`, or the eight numbers of `motor`. Angles may be written as
+'90 deg'.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..errors import InputError, unknown_name
+from ..numeric import float_array
+from . import _pairs, _placement
+from ._bodies import Body
+from ._robot import Capsules, Limits, Link, Robot
+from ._sidecar import read_capsules, read_yaml
+
+_TOP = ("horosphere/robot", "name", "source", "notes", "links", "tip", "tool", "closed_form", "capsules", "self_pairs")
+_FRAME = ("xyz", "rpy", "rpy_deg", "motor")
+_LINK = ("name", "parent", "joint", "type", "axis", "limits", "mimic", *_FRAME)
+_LIMITS = ("lower", "upper", "velocity", "acceleration", "effort")
+
+
+def load_document(path: Path) -> Robot:
+    """A robot from its YAML file."""
+    return build(read_yaml(path), str(path))
+
+
+def build(document: Any, place: str) -> Robot:
+    """A robot from the content of such a file; `place` starts every error message."""
+    table = _mapping(document, _TOP, place)
+    if table.get("horosphere/robot") != 1:
+        raise InputError("expected 'horosphere/robot: 1'", place=place, remedy="is this a robot file?")
+    entries = table.get("links")
+    if not isinstance(entries, list) or not entries:
+        raise InputError("expected a list of links", place=f"{place}: links")
+    names: list[str] = []
+    joints: list[str] = []
+    rows: list[list[float]] = []
+    links: list[Link] = []
+    for k, raw in enumerate(entries):
+        entry = _mapping(raw, _LINK, f"{place}: links[{k}]")
+        name = str(entry.get("name", ""))
+        where = f"{place}: link {name!r}"
+        if not name or name in names:
+            raise InputError("every link needs a name of its own", place=where)
+        if k and entry.get("parent") not in names:
+            raise unknown_name("parent", str(entry.get("parent")), names, place=where)
+        parent = names.index(entry["parent"]) if k else -1
+        names.append(name)
+        kind = entry.get("type", "fixed")
+        if kind == "fixed":
+            links.append(Link(name, parent, _frame(entry, where)))
+            continue
+        if kind not in ("revolute", "continuous", "prismatic"):
+            raise unknown_name("joint type", str(kind), ("fixed", "revolute", "continuous", "prismatic"), place=where)
+        axis = float_array(entry.get("axis", [0, 0, 1]), f"{where}: axis", last=3, ndim=1)
+        if not axis.any():
+            raise InputError("the axis is the zero vector", place=where)
+        multiplier, offset = 1.0, 0.0
+        if "mimic" in entry:
+            mimic = _mapping(entry["mimic"], ("joint", "multiplier", "offset"), f"{where}: mimic")
+            if mimic.get("joint") not in joints:
+                raise unknown_name("joint", str(mimic.get("joint")), joints, place=f"{where}: mimic")
+            coordinate = joints.index(mimic["joint"])
+            multiplier = _number(mimic.get("multiplier", 1.0), f"{where}: multiplier")
+            offset = _number(mimic.get("offset", 0.0), f"{where}: offset")
+        else:
+            coordinate = len(joints)
+            joints.append(str(entry.get("joint", name)))
+            rows.append(_limits(entry.get("limits", {}), kind, where))
+        joint = "prismatic" if kind == "prismatic" else "revolute"
+        axis = axis / np.linalg.norm(axis)
+        links.append(Link(name, parent, _frame(entry, where), joint, axis, coordinate, multiplier, offset))
+    tip_name = table.get("tip", names[-1])
+    if tip_name not in names:
+        raise unknown_name("link for the tip", str(tip_name), names, place=place)
+    tip = names.index(tip_name)
+    tool = _frame(_mapping(table.get("tool", {}), _FRAME, f"{place}: tool"), f"{place}: tool")
+    limits = Limits(*np.array(rows, float).reshape(-1, 5).T)
+    capsules = pack(
+        read_capsules(_mapping(table.get("capsules", {}), names, f"{place}: capsules"), links, tip, tool), names
+    )
+    if "self_pairs" in table:
+        pairs, dropped = np.array([[names.index(n) for n in pair] for pair in table["self_pairs"]], np.int64), []
+    else:
+        pairs, dropped = _pairs.choose_pairs(links, limits, capsules)
+    return Robot(
+        name=str(table.get("name", "robot")),
+        links=tuple(links),
+        tip=tip,
+        joint_names=tuple(joints),
+        limits=limits,
+        tool=tool,
+        closed_form=_closed_form(table.get("closed_form"), place),
+        capsules=capsules,
+        self_pairs=pairs,
+        source=str(table.get("source", place)),
+        notes=(*map(str, table.get("notes", ())), *dropped),
+    )
+
+
+def pack(bodies: Mapping[str, list[Body]], names: list[str]) -> Capsules:
+    """Capsules of all links, in the order of the links."""
+    flat = [(k, body) for k, name in enumerate(names) for body in bodies.get(name, ())]
+    if not flat:
+        return Capsules.none()
+    link = np.array([k for k, _ in flat], np.int64)
+    a, b = np.array([body.a for _, body in flat]), np.array([body.b for _, body in flat])
+    return Capsules(link, a, b, np.array([body.radius for _, body in flat]), tuple(body.note for _, body in flat))
+
+
+def save(robot: Robot, path: str | Path) -> None:
+    """Write a robot as YAML; `load` reads it back to the last bit. The file appears whole or not at all."""
+    import os
+
+    import yaml
+
+    path = Path(path)
+    names = robot.link_names
+    entries: list[dict[str, Any]] = []
+    seen: set[int] = set()
+    for link in robot.links:
+        entry: dict[str, Any] = {"name": link.name}
+        if link.parent >= 0:
+            entry |= {"parent": names[link.parent], "motor": link.origin.tolist()}
+        if link.kind != "fixed":
+            entry |= {"type": link.kind, "axis": link.axis.tolist()}
+            joint = robot.joint_names[link.coordinate]
+            if link.coordinate in seen or (link.multiplier, link.offset) != (1.0, 0.0):
+                entry["mimic"] = {"joint": joint, "multiplier": link.multiplier, "offset": link.offset}
+            else:
+                values = {key: float(getattr(robot.limits, key)[link.coordinate]) for key in _LIMITS}
+                entry |= {"joint": joint, "limits": {key: v for key, v in values.items() if np.isfinite(v)}}
+            seen.add(link.coordinate)
+        entries.append(entry)
+    bodies: dict[str, list[dict[str, Any]]] = {}
+    caps = robot.capsules
+    for k in range(len(caps)):
+        item = {"a": caps.a[k].tolist(), "b": caps.b[k].tolist(), "radius": float(caps.radius[k]), "note": caps.note[k]}
+        bodies.setdefault(names[caps.link[k]], []).append(item)
+    document: dict[str, Any] = {"horosphere/robot": 1, "name": robot.name, "source": robot.source, "links": entries}
+    document |= {"tip": names[robot.tip], "tool": {"motor": robot.tool.tolist()}, "capsules": bodies}
+    document |= {"self_pairs": [[names[i], names[j]] for i, j in robot.self_pairs], "notes": list(robot.notes)}
+    if robot.closed_form is not None:
+        document["closed_form"] = {robot.closed_form[0]: dict(robot.closed_form[1])}
+    text = yaml.safe_dump(document, sort_keys=False, default_flow_style=None, width=140)
+    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
+    try:
+        temporary.write_text(text, encoding="utf-8")
+        temporary.replace(path)
+    except OSError as error:
+        raise InputError(f"cannot be written: {error.strerror or error}", place=str(path)) from None
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def _mapping(value: Any, allowed: Any, place: str) -> Mapping[str, Any]:
+    if not isinstance(value, Mapping):
+        raise InputError(f"expected a mapping, got {type(value).__name__}", place=place, choices=tuple(allowed))
+    for key in value:
+        if key not in allowed:
+            raise unknown_name("field", str(key), allowed, place=place)
+    return value
+
+
+def _number(value: Any, place: str) -> float:
+    """A number; '90 deg' is in radians afterwards, and strings that YAML did not take for numbers (1e-6) are read."""
+    scale = 1.0
+    if isinstance(value, str) and value.endswith("deg"):
+        value, scale = value.removesuffix("deg").strip(), np.pi / 180
+    try:
+        number = float(value) * scale
+    except (TypeError, ValueError):
+        raise InputError(f"expected a number, got {value!r}", place=place) from None
+    if np.isnan(number):
+        raise InputError("expected a number, got NaN", place=place)
+    return number
+
+
+def _frame(entry: Mapping[str, Any], place: str) -> _placement.Floats:
+    if "motor" in entry:
+        return float_array(entry["motor"], f"{place}: motor", last=8, ndim=1)
+    xyz = float_array(entry.get("xyz", [0, 0, 0]), f"{place}: xyz", last=3, ndim=1)
+    if "rpy_deg" in entry:
+        return _placement.from_rpy(xyz, np.radians(float_array(entry["rpy_deg"], f"{place}: rpy_deg", last=3, ndim=1)))
+    return _placement.from_rpy(xyz, float_array(entry.get("rpy", [0, 0, 0]), f"{place}: rpy", last=3, ndim=1))
+
+
+def _limits(given: Any, kind: str, place: str) -> list[float]:
+    table = _mapping(given, _LIMITS, f"{place}: limits")
+    default = [-np.inf, np.inf, np.inf, np.inf, np.inf]
+    values = [_number(table[key], f"{place}: {key}") if key in table else default[k] for k, key in enumerate(_LIMITS)]
+    if kind == "continuous":
+        values[:2] = default[:2]
+    if values[0] > values[1]:
+        raise InputError(f"lower limit {values[0]:g} > upper limit {values[1]:g}", place=place)
+    if min(values[2:]) <= 0:
+        raise InputError("velocity, acceleration and effort limits must be positive", place=place)
+    return values
+
+
+def _closed_form(given: Any, place: str) -> tuple[str, dict[str, float]] | None:
+    if given is None:
+        return None
+    ((name, parameters),) = _mapping(
+        given, ("humanoid_arm", "srs_arm", "six_axis_arm"), f"{place}: closed_form"
+    ).items()
+    return name, {str(key): _number(value, f"{place}: closed_form.{key}") for key, value in parameters.items()}

@@ -1,0 +1,66 @@
+"""Arms written down from their published dimensions (rounded to the structure that matters), for the tests."""
+
+import numpy as np
+
+from horosphere.robots import Limits, Link, Robot
+
+X, Y, Z = (1.0, 0, 0), (0, 1.0, 0), (0, 0, 1.0)
+_Y, _Z = (0, -1.0, 0), (0, 0, -1.0)
+
+UR5 = [Z, Y, Y, Y, _Z, Y], [
+    (0, 0, 0.089159), (0, 0.13585, 0.089159), (0.425, 0.01615, 0.089159), (0.81725, 0.01615, 0.089159),
+    (0.81725, 0.10915, 0), (0.81725, 0.10915, -0.0055),
+]  # fmt: skip
+IIWA = [Z, Y, Z, _Y, Z, Y, Z], [(0, 0, z) for z in (0.1575, 0.36, 0.5645, 0.78, 0.9645, 1.18, 1.261)]
+IIWA_RTB = IIWA[0], [(0, 0, 0.1575), (-0.00043624, 0, 0.36), (0, 0, 0.56), (0.00043624, 0, 0.78), *IIWA[1][4:]]
+OFFSET_SRS = [Z, Y, Z, _Y, Z, Y, Z], [
+    (0, 0, 0.1), (0, 0, 0.3), (0, 0, 0.5), (0.07, 0, 0.7), (0, 0, 0.9), (0, 0, 1.1), (0, 0, 1.2),
+]  # fmt: skip
+SKEW_SRS = [Z, (0.2, 1, 0.1), (0.1, 0.1, 1), _Y, (0.1, 0.2, 1), (0, 1, 0.3), (0.3, 0, 1)], [
+    *[(0, 0, 0.1)] * 3, (0, 0, 0.5), *[(0, 0, 0.9)] * 3,
+]  # fmt: skip
+XARM7 = [Z, Y, Z, _Y, Z, _Y, _Z], [
+    (0, 0, 0.1), (0, 0, 0.267), (0, 0, 0.3), (0.0525, 0, 0.56), (0.13, 0, 0.4), (0.13, 0, 0.2175), (0.206, 0, 0.1205),
+]  # fmt: skip
+XARM7_REVERSED = XARM7[0][::-1], XARM7[1][::-1]
+PUMA = [Z, Y, Y, Z, Y, Z], [
+    (0, 0, 0.3), (0, 0.1, 0.67), (0.43, 0.1, 0.67), (0.41, 0.15, 0.9), (0.41, 0.15, 1.1), (0.41, 0.15, 1.2),
+]  # fmt: skip
+MEET_12 = [Z, Y, X, Z, Y, Z], [(0, 0, 0.3), (0, 0, 0.5), (0.3, 0.1, 0.7), *[(0.3, 0.1, 1.0)] * 3]
+PARALLEL_12 = [Z, Z, X, Z, Y, Z], [(0, 0, 0.3), (0.3, 0, 0.3), (0.6, 0, 0.35), *[(0.65, 0.2, 0.7)] * 3]
+MEET_23 = [Z, Y, X, Z, Y, Z], [(0, 0, 0.3), (0.2, 0, 0.5), (0, 0, 0.5), *[(0.3, 0.1, 1.0)] * 3]
+SPHERICAL_SHOULDER = [Z, Y, Z, Y, Y, Z], [*[(0, 0, 0.3)] * 3, (0.05, 0, 0.7), (0, 0, 1.0), (0.02, 0.1, 1.1)]
+NAO = [Y, Z, X, Z, X], [(0, 0.098, 0.1), (0, 0.098, 0.1), *[(0.105, 0.113, 0.1)] * 3]
+NAO_REVERSED = NAO[0][::-1], NAO[1][::-1]
+SKEW_UR = [Z, (0.1, 1, 0), (0.1, 1, 0), (0.1, 1, 0), (0.2, 0.1, 1), (0.1, 1, 0.3)], [
+    (0, 0, 0.1), (0, 0.1, 0.1), (0.4, 0.1, 0.2), (0.8, 0, 0.1), (0.8, 0.1, 0), (0.8, 0.1, 0),
+]  # fmt: skip
+NOTHING = [Z, Y, Z, (0.3, 1, 0), X, Y], [
+    (0, 0, 0.1), (0.03, 0, 0.2), (0.05, 0.04, 0.3), (0.2, 0.1, 0.3), (0.3, 0, 0.45), (0.45, 0.03, 0.5),
+]  # fmt: skip
+
+
+def robot(name, arm, limit=np.pi):
+    """A Robot from axes and points at q = 0, all frames parallel to the base's, tool 0.1 m along z of the last frame."""
+    axes, points = (np.array(x, float) for x in arm)
+    n = len(axes)
+    links, before = [Link("base", -1, _shift(np.zeros(3)))], np.zeros(3)
+    for k in range(n):
+        axis = axes[k] / np.linalg.norm(axes[k])
+        links.append(Link(f"link_{k + 1}", k, _shift(points[k] - before), "revolute", axis, k))
+        before = points[k]
+    limits, inf = np.broadcast_to(limit, n).astype(float), np.full(n, np.inf)
+    names = tuple(f"joint_{k + 1}" for k in range(n))
+    return Robot(name, tuple(links), n, names, Limits(-limits, limits, inf, inf, inf), tool=_shift([0, 0, 0.1]))
+
+
+def pose_chain(arm):
+    """Unit axes, points and home pose for `plain_fk.chain_pose`."""
+    axes, points = (np.array(x, float) for x in arm)
+    home = np.eye(4)
+    home[:3, 3] = points[-1] + [0, 0, 0.1]
+    return axes / np.linalg.norm(axes, axis=1, keepdims=True), points, home
+
+
+def _shift(t):
+    return np.array([1.0, 0, 0, 0, *(-0.5 * np.asarray(t, float)), 0])
