@@ -1,0 +1,92 @@
+"""Shapes as rows of numbers for compiled code."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import InputError
+from ._base import Floats, Shape
+from ._flat import Box, Cylinder, HalfSpace
+from ._round import Ball, Capsule, Ellipsoid
+from ._sampled import PointCloud
+
+WIDTH = 18
+SEGMENT, BOX, CYLINDER, HALF_SPACE, ELLIPSOID = 0.0, 1.0, 2.0, 3.0, 4.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Packed:
+    """Shapes in contiguous arrays.
+
+    `rows` (m, 18): 0 kind, 1-3 centre and 4 radius of a bounding ball, 5 rounding radius, 6- numbers of the kind:
+      0 segment (ball, capsule): 6-8 end a, 9-11 vector b - a
+      1 box: 6-14 its axes (rows), 15-17 half sizes      4 ellipsoid: 6-14 its axes (rows), 15-17 semi-axes
+      2 cylinder: 6-14 a frame (rows) with its axis last, 15 radius, 16 half length
+      3 half-space: 6-8 outward unit normal, 9 distance
+    `owner` (m,): which shape a row belongs to (a point cloud has many rows). `names`: one a shape.
+    """
+
+    rows: Floats
+    owner: NDArray[np.int64]
+    names: tuple[str, ...]
+
+    def __len__(self) -> int:
+        return len(self.names)
+
+
+def pack(shapes: tuple[Shape, ...]) -> Packed:
+    """Three-dimensional shapes as rows. Raises InputError for a mesh or a shape of another dimension."""
+    rows, owner, names = [], [], []
+    for index, shape in enumerate(shapes):
+        names.append(shape.name or f"{type(shape).__name__.lower()} {index}")
+        block = _rows(shape, names[-1])
+        rows.append(block)
+        owner += [index] * len(block)
+    table = np.concatenate(rows) if rows else np.zeros((0, WIDTH))
+    return Packed(np.ascontiguousarray(table), np.array(owner, dtype=np.int64), tuple(names))
+
+
+def _rows(shape: Shape, name: str) -> Floats:
+    if shape.dimension != 3:
+        raise InputError(f"{name} lives in dimension {shape.dimension}, expected 3", place="obstacles")
+    if isinstance(shape, PointCloud):
+        rows = np.zeros((len(shape.points), WIDTH))
+        rows[:, 1:4] = rows[:, 6:9] = shape.points
+        rows[:, 4] = rows[:, 5] = shape.radius
+        return rows
+    row = np.zeros((1, WIDTH))
+    row[0, 1:4], row[0, 4] = shape.bounding_ball()
+    numbers = row[0]
+    if isinstance(shape, Ball):
+        numbers[0], numbers[5], numbers[6:9] = SEGMENT, shape.radius, shape.center
+    elif isinstance(shape, Capsule):
+        numbers[0], numbers[5], numbers[6:9], numbers[9:12] = SEGMENT, shape.radius, shape.a, shape.b - shape.a
+    elif isinstance(shape, (Box, Ellipsoid)):
+        numbers[0] = BOX if isinstance(shape, Box) else ELLIPSOID
+        numbers[6:15] = shape.rotation.T.ravel()
+        numbers[15:18] = shape.half_sizes if isinstance(shape, Box) else shape.semi_axes
+    elif isinstance(shape, Cylinder):
+        u = shape.b - shape.a
+        length = float(np.linalg.norm(u))
+        numbers[0], numbers[6:15], numbers[15], numbers[16] = CYLINDER, _frame(u / length), shape.radius, 0.5 * length
+    elif isinstance(shape, HalfSpace):
+        numbers[0], numbers[6:9], numbers[9] = HALF_SPACE, shape.normal, shape.distance
+    else:
+        raise InputError(
+            f"no exact distance to {name} (a {type(shape).__name__}) yet",
+            place="obstacles",
+            choices=("Ball", "Capsule", "Cylinder", "Box", "HalfSpace", "Ellipsoid", "PointCloud"),
+            remedy="enclose it in boxes or capsules",
+        )
+    return row
+
+
+def _frame(axis: Floats) -> Floats:
+    """The rows of a rotation that takes the unit vector `axis` to z, flat."""
+    x = np.eye(3)[int(np.argmin(np.abs(axis)))]
+    x = x - (x @ axis) * axis
+    x /= np.linalg.norm(x)
+    return np.array([x, np.cross(axis, x), axis], dtype=np.float64).ravel()
