@@ -10,7 +10,7 @@ from scipy.spatial import ConvexHull
 
 from horosphere import distance
 from horosphere.errors import InputError
-from horosphere.robots import Capsules, Limits, Link, Robot
+from horosphere.robots import Capsules, Limits, Link, Robot, load
 from horosphere.shapes import Ball, Box, Capsule, Cylinder, Ellipsoid, HalfSpace, Mesh, PointCloud
 
 KINDS = ("ball", "capsule", "cylinder", "box", "half-space", "ellipsoid", "cloud")
@@ -277,3 +277,15 @@ def test_a_point_cloud_is_one_obstacle():
     balls = [Ball(p, r) for p, r in zip(cloud.points, cloud.radius)]
     assert table.distance.shape == (1, 2)
     assert table.distance[0, 0] == pytest.approx(float(distance.signed(robot, np.zeros(3), balls)), abs=1e-15)
+
+
+def test_bodies_that_no_joint_moves_can_be_left_out():
+    robot = load("panda")
+    q = 0.5 * (robot.limits.lower + robot.limits.upper)
+    floor = [Box([0, 0, -0.05], [1, 1, 0.05])]  # the base stands on it, or reaches a little into it
+    whole, slope = distance.signed(robot, q, floor, gradient=True)
+    moving = distance.signed(robot, q, floor, static=False)
+    of_base = [name == robot.links[0].name for name in distance.table(robot, q, floor).links]
+    rows = distance.table(robot, q, floor, static=False).distance[:, 0]
+    assert np.isinf(rows[of_base]).all() and np.isfinite(rows[~np.array(of_base)]).all()
+    assert moving == rows.min() > whole and (slope == 0).all()

@@ -106,7 +106,9 @@ class _Arm:
         assert isinstance(self.robot, Robot)
         own = kind == "self"
         obstacles = () if own else self.scene.obstacles
-        bound = clearance_bound(self.robot, self.q, obstacles, margin, self_collision=own, max_evaluations=budget)
+        bound = clearance_bound(
+            self.robot, self.q, obstacles, margin, self_collision=own, static=False, max_evaluations=budget
+        )
         if bound.violation is not None:
             v = bound.violation
             time = self.time(v.segment, v.fraction)

@@ -75,6 +75,7 @@ def clearance_bound(
     margin: float = 0.0,
     *,
     self_collision: bool = False,
+    static: bool = True,
     tolerance: float = 5e-4,
     relative: float = 0.05,
     max_evaluations: int = 200_000,
@@ -85,6 +86,7 @@ def clearance_bound(
     For q within h of q_m, a point of a link moves at most sum_j h_j rho_j, rho_j its distance to axis j at q_m plus what the
     joints beyond j can move it; intervals are bisected until that is less than the clearance to spare. Float64 with a
     rounding slack. `self_collision` takes `robot.self_pairs` in; leave `obstacles` empty for these alone.
+    Without `static`, bodies that no joint moves meet no obstacle.
     Raises InputError. Our derivation, docs/certificate.md.
     """
     if not isinstance(robot, Robot):
@@ -97,7 +99,7 @@ def clearance_bound(
             "expected a finite margin, a tolerance > 0, relative >= 0, evaluations > 0", place="clearance_bound"
         )
     W = W if W.flags.writeable else W.copy()
-    body, solids = pack_robot(robot), pack_obstacles(obstacles)
+    body, solids = pack_robot(robot, static), pack_obstacles(obstacles)
     pairs = body.pairs if self_collision else body.pairs[:0]
     slack = rounding_slack(body.constants, body.capsules, solids, W)
     if not len(body.capsules) or not (len(solids.rows) or len(pairs)):

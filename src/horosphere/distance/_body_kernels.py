@@ -4,8 +4,10 @@ The robot comes as the arrays of `pack_robot`: only moving joints are left, each
 that placing a link costs one matrix product and one plane rotation. Rotation matrices, not motors: every frame carries many
 points, and a point costs 9 products with a matrix.
   J (k, 3) int64: parent, kind (0 base, 1 revolute, 2 prismatic), index into q     C (k, 14): rotation (9), offset (3) from the
-  parent's frame, multiplier, offset of the joint value      L (m,) int64: frame of each capsule     K (m, 8): ends a, b, radius,
-  radius of a ball about the middle that holds it       P (p, 3) int64: pairs of capsules, and the frame both hang from
+  parent's frame, multiplier, offset of the joint value
+  L (m,) int64: frame of each capsule; -1: it hangs on the base and meets no solid
+  K (m, 8): ends a, b, radius, radius of a ball about the middle that holds it
+  P (p, 3) int64: pairs of capsules, and the frame both hang from
   T (k, 12): world frames, rotation by rows and position      X (m, 7): world end a, vector b - a, reach of the motion
 """
 
@@ -43,7 +45,7 @@ def place(J, C, L, K, q, T, X):
             T[k, 3 * r], T[k, 3 * r + 1], T[k, 3 * r + 2] = c * x + s * y, c * y - s * x, z
             T[k, 9 + r] = at + slide * z
     for i in range(L.shape[0]):
-        k = L[i]
+        k = max(L[i], 0)
         for r in range(3):
             p0, p1, p2 = T[k, 3 * r], T[k, 3 * r + 1], T[k, 3 * r + 2]
             X[i, r] = p0 * K[i, 0] + p1 * K[i, 1] + p2 * K[i, 2] + T[k, 9 + r]
@@ -100,7 +102,7 @@ def probe(J, C, L, K, S, P, q, h, need, T, X):
         moved = reach(J, C, T, X, i, L[i], base, h) if moving else 0.0
         X[i, 6] = moved
         mx, my, mz = X[i, 0] + 0.5 * X[i, 3], X[i, 1] + 0.5 * X[i, 4], X[i, 2] + 0.5 * X[i, 5]
-        for j in range(solids):
+        for j in range(solids if L[i] >= 0 else 0):
             x, y, z = mx - S[j, 1], my - S[j, 2], mz - S[j, 3]
             rough = math.sqrt(x * x + y * y + z * z) - K[i, 7] - S[j, 4] - moved
             if rough >= need:
@@ -181,6 +183,10 @@ def table_into(J, C, L, K, S, P, q, W):
         p = row - L.shape[0] * solids
         if p < 0:
             i, j = row // solids, row % solids
+            if L[i] < 0:
+                W[row] = 0.0
+                W[row, 0] = np.inf
+                continue
             d, t, nx, ny, nz = segment_distance(S, j, X[i, 0], X[i, 1], X[i, 2], X[i, 3], X[i, 4], X[i, 5])
             d -= K[i, 6]
         else:

@@ -25,11 +25,17 @@ class Body(NamedTuple):
     pairs: Integers
 
 
-def pack_robot(robot: Robot) -> Body:
-    """The arrays of a robot, made once; fixed joints are folded into their parents, so their capsules hang on moving frames."""
+def pack_robot(robot: Robot, static: bool = True) -> Body:
+    """The arrays of a robot, made once; fixed joints are folded into their parents, so their capsules hang on moving frames.
+
+    Without `static`, the bodies that no joint moves (frame 0) are marked by frame -1: they meet the robot's own links, and no
+    obstacle. A robot stands on something, and no motion changes how far its base is from it.
+    """
     if "distance" not in robot.memo:
-        robot.memo["distance"] = _pack(robot)
-    return robot.memo["distance"]
+        body = _pack(robot)
+        robot.memo["distance"] = body
+        robot.memo["distance of what moves"] = body._replace(frames=np.where(body.frames == 0, -1, body.frames))
+    return robot.memo["distance" if static else "distance of what moves"]
 
 
 def _pack(robot: Robot) -> Body:

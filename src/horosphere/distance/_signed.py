@@ -45,27 +45,46 @@ def configurations(robot: Robot, q: ArrayLike) -> Floats:
 
 @overload
 def signed(
-    robot: Robot, q: ArrayLike, obstacles: Any, gradient: Literal[False] = False, *, self_collision: bool = False
+    robot: Robot,
+    q: ArrayLike,
+    obstacles: Any,
+    gradient: Literal[False] = False,
+    *,
+    self_collision: bool = False,
+    static: bool = True,
 ) -> Floats: ...
 @overload
 def signed(
-    robot: Robot, q: ArrayLike, obstacles: Any, gradient: Literal[True], *, self_collision: bool = False
+    robot: Robot,
+    q: ArrayLike,
+    obstacles: Any,
+    gradient: Literal[True],
+    *,
+    self_collision: bool = False,
+    static: bool = True,
 ) -> tuple[Floats, Floats]: ...
 
 
 def signed(
-    robot: Robot, q: ArrayLike, obstacles: Any, gradient: bool = False, *, self_collision: bool = False
+    robot: Robot,
+    q: ArrayLike,
+    obstacles: Any,
+    gradient: bool = False,
+    *,
+    self_collision: bool = False,
+    static: bool = True,
 ) -> Floats | tuple[Floats, Floats]:
     """Least signed distance (...,) in metres between the robot's capsules and the obstacles, and its gradient (..., n) if asked.
 
     q (..., n) rad or m; obstacles as in `shapes.as_shapes`. Exact: apart, the Euclidean distance of the bodies; penetrating,
     minus the length of the shortest translation that parts the nearest pair (an ellipsoid met by the axis of a capsule: minus the
     greatest depth of a point of the axis, minus the radius). Infinite where there is nothing to touch. `self_collision` takes
-    the pairs `robot.self_pairs` in as well. The gradient is n . (axis x (x - p)) at the witness x, per unit of q; where two
+    the pairs `robot.self_pairs` in as well. Without `static`, bodies that no joint moves meet no obstacle.
+    The gradient is n . (axis x (x - p)) at the witness x, per unit of q; where two
     pairs or two witnesses tie, it is that of one of them. Raises InputError. Our derivation, docs/distance.md.
     """
     Q = configurations(robot, q)
-    body, solids = pack_robot(robot), pack_obstacles(obstacles)
+    body, solids = pack_robot(robot, static), pack_obstacles(obstacles)
     flat = Q.reshape(math.prod(Q.shape[:-1]), robot.n_joints)
     distance = np.empty(len(flat))
     slope = np.empty_like(flat) if gradient else np.empty((0, robot.n_joints))

@@ -79,7 +79,9 @@ class DistanceTable:
         return contacts[0] if contacts else None
 
 
-def table(robot: Robot, q: ArrayLike, obstacles: Any, *, self_collision: bool = True) -> DistanceTable:
+def table(
+    robot: Robot, q: ArrayLike, obstacles: Any, *, self_collision: bool = True, static: bool = True
+) -> DistanceTable:
     """Signed distances of all pairs at q (..., n), with witness points and names; see `signed` for what they mean.
 
     A point cloud is one obstacle: its nearest ball. Raises InputError.
@@ -87,7 +89,7 @@ def table(robot: Robot, q: ArrayLike, obstacles: Any, *, self_collision: bool = 
     from ._body_kernels import table_into
 
     Q = configurations(robot, q)
-    body, solids = pack_robot(robot), pack_obstacles(obstacles)
+    body, solids = pack_robot(robot, static), pack_obstacles(obstacles)
     flat, m, s = Q.reshape(math.prod(Q.shape[:-1]), robot.n_joints), len(body.frames), len(solids.rows)
     pairs = body.pairs if self_collision else body.pairs[:0]
     W = np.empty((len(flat), m * s + len(pairs), 7))
@@ -97,7 +99,8 @@ def table(robot: Robot, q: ArrayLike, obstacles: Any, *, self_collision: bool = 
     # the axis point moved along n by its own radius, and on by the distance, gives the two witnesses
     first = np.concatenate((np.repeat(radius, s), radius[pairs[:, 0]]))
     points = W[..., 1:4] - first[:, None] * W[..., 4:7]
-    other_points = points - W[..., :1] * W[..., 4:7]
+    gap = np.where(np.isfinite(W[..., :1]), W[..., :1], 0.0)  # infinite: a body that meets no obstacle
+    other_points = points - gap * W[..., 4:7]
     lead = Q.shape[:-1]
 
     def grid(values: Floats) -> Floats:

@@ -1,0 +1,166 @@
+"""Closed-form arms: one configuration per path point, out of all branches and the whole redundancy circle at once.
+
+The robust algorithm of [Humanoid] section VI-C, corrected: every candidate is checked against limits and obstacles, and the
+chain is chosen for the whole path, never point by point (docs/errata.md).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import kinematics
+from ..robots import Robot
+from ..scenes import GripperPlaneTarget, JointTarget, PoseTarget, Scene
+from ._chain import cheapest_chain
+from ._clearance import arm, collision_reason, margin
+from ._configurations import FREE_SAMPLES, limit_reason, within_limits
+
+Floats = NDArray[np.float64]
+
+_REFINED = 21  # samples of the redundancy about the coarse choice, in the second pass
+_COMFORT = 0.03  # metres above the clearance asked beyond which more clearance is worth nothing
+_COMFORT_COST = 1.0  # of a waypoint at the clearance asked, in units of a largest joint step
+
+
+@dataclass(frozen=True, slots=True)
+class ArmPath:
+    """Waypoints (k, n) along a tool path, or None and the reason. `breaks` marks a failure that a finer path may mend."""
+
+    waypoints: Floats | None
+    reason: str = ""
+    breaks: bool = False
+
+
+def supports(scene: Scene) -> bool:
+    """Whether this method knows the robot and the kind of its start and goal."""
+    form = arm(scene).closed_form
+    if form is None:
+        return False
+    fits = {"humanoid_arm": GripperPlaneTarget, "srs_arm": PoseTarget}.get(form[0])
+    return (
+        fits is not None
+        and isinstance(scene.start, (fits, JointTarget))
+        and isinstance(scene.goal, (fits, JointTarget))
+        and (isinstance(scene.start, fits) or isinstance(scene.goal, fits))
+    )
+
+
+def follow_branches(scene: Scene, points: Floats) -> ArmPath:
+    """Waypoints for the tool points (k, 3): candidates at every point, then the cheapest continuous chain, then refined."""
+    family = _family(scene, points)
+    layers, margins, chosen = [], [], []
+    free = np.linspace(-np.pi, np.pi, FREE_SAMPLES, endpoint=False)
+    for k in range(len(points)):
+        layer, spare, angle, reason = _usable(scene, *family(k, free))
+        if not len(layer):
+            return ArmPath(None, f"at path point {k} of {len(points) - 1} {np.round(points[k], 3).tolist()}: {reason}")
+        layers.append(layer)
+        margins.append(spare)
+        chosen.append(angle)
+    limit = scene.options.max_joint_step
+    coarse_limit = max(limit, 2.5 * 2.0 * np.pi / FREE_SAMPLES)  # the grid itself moves joints by about its spacing
+    chain = cheapest_chain(layers, [_cost(m) for m in margins], coarse_limit)
+    if chain.broken_at is not None:
+        k = chain.broken_at
+        return ArmPath(
+            None,
+            f"no continuous chain of postures from path point {k - 1} to {k} {np.round(points[k], 3).tolist()}",
+            True,
+        )
+    finer = np.linspace(-1.0, 1.0, _REFINED) * (2.0 * np.pi / FREE_SAMPLES)
+    layers2, margins2 = [], []
+    for k, index in enumerate(chain.indices):
+        layer, spare, _, _ = _usable(scene, *family(k, chosen[k][index] + finer))
+        near = np.abs(layer - layers[k][index]).max(axis=1) <= coarse_limit
+        layers2.append(np.concatenate([layers[k][index][None], layer[near]]))
+        margins2.append(np.concatenate([margins[k][index][None], spare[near]]))
+    fine = cheapest_chain(layers2, [_cost(m) for m in margins2], limit)
+    if fine.broken_at is not None:
+        return ArmPath(None, f"joint steps above {np.degrees(limit):.3g} degrees at path point {fine.broken_at}", True)
+    return ArmPath(np.stack([layer[i] for layer, i in zip(layers2, fine.indices)]))
+
+
+def _usable(scene: Scene, q: Floats, valid: NDArray[np.bool_], free: Floats):
+    """The candidates (m, n) that are reached, within limits and clear, their margins and redundancy angles; or why none."""
+    robot = arm(scene)
+    if not valid.any():
+        return q[:0], np.zeros(0), free[:0], "out of reach"
+    q, free = q[valid], free[valid]
+    inside = within_limits(robot, q)
+    if not inside.any():
+        return q[:0], np.zeros(0), free[:0], limit_reason(robot, q)
+    q, free = np.ascontiguousarray(q[inside]), free[inside]
+    margins = margin(scene, q)
+    clear = margins >= 0.0
+    if not clear.any():
+        return q[:0], margins[:0], free[:0], collision_reason(scene, q)
+    return np.ascontiguousarray(q[clear]), margins[clear], free[clear], ""
+
+
+def _cost(spare: Floats) -> Floats:
+    """What a posture costs: nothing with ample clearance, up to one largest joint step at the clearance asked."""
+    return _COMFORT_COST * np.maximum(0.0, 1.0 - spare / _COMFORT) ** 2
+
+
+def _family(scene: Scene, points: Floats):
+    """A function (k, free angles) -> (configurations, valid, free angles) at path point k, each row one candidate."""
+    robot, last = arm(scene), len(points) - 1
+    fraction = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
+    fraction /= max(fraction[-1], 1e-300)
+    humanoid = robot.closed_form[0] == "humanoid_arm"
+    if humanoid:
+        normals = _normals(robot, scene.start, scene.goal, fraction)
+    else:
+        motors = _poses(robot, scene.start, scene.goal, points, fraction)
+
+    def family(k: int, free: Floats):
+        target = scene.start if k == 0 else scene.goal if k == last else None
+        if isinstance(target, JointTarget):
+            return target.q[None].copy(), np.ones(1, bool), np.zeros(1)
+        if humanoid:
+            found = kinematics.inverse(robot, kinematics.GripperOnPlane(points[k], normals[k]), phi=free)
+        else:
+            found = kinematics.inverse(robot, motors[k], psi=free)
+        branches = found.q.shape[-2]
+        return found.q.reshape(-1, found.q.shape[-1]), found.valid.reshape(-1), np.repeat(free, branches)
+
+    return family
+
+
+def _normals(robot: Robot, start, goal, fraction: Floats) -> Floats:
+    """Plane normals (k, 3) along the path, turning evenly from the start's to the goal's."""
+    ends: list = [target.normal if isinstance(target, GripperPlaneTarget) else None for target in (start, goal)]
+    for i, target in enumerate((start, goal)):
+        if ends[i] is None:  # a joint posture: the plane nearest to the other end's that holds its gripper direction
+            pose = kinematics.forward(robot, target.q).as_matrix()
+            gripper = pose[:3, :3] @ [0.0, 1.0, 0.0]
+            normal = ends[1 - i] - (ends[1 - i] @ gripper) * gripper
+            length = np.linalg.norm(normal)
+            ends[i] = normal / length if length > 1e-6 else np.cross(gripper, np.eye(3)[np.argmin(np.abs(gripper))])
+            ends[i] /= np.linalg.norm(ends[i])
+    a, b = ends
+    if a @ b < 0.0:
+        b = -b  # a plane has two normals
+    angle = np.arctan2(np.linalg.norm(np.cross(a, b)), a @ b)
+    if angle < 1e-12:
+        return np.broadcast_to(a, (len(fraction), 3))
+    weights = np.sin(np.stack([(1.0 - fraction) * angle, fraction * angle], axis=1)) / np.sin(angle)
+    return weights[:, :1] * a + weights[:, 1:] * b
+
+
+def _poses(robot: Robot, start, goal, points: Floats, fraction: Floats):
+    """Tool poses along the path: positions on it, orientation turning evenly about one axis."""
+    from ..versors import Motor
+
+    first, final = (
+        kinematics.forward(robot, target.q) if isinstance(target, JointTarget) else target.motor()
+        for target in (start, goal)
+    )
+    turn = (~first @ final).log().copy()
+    turn[3:] = 0.0
+    rotations = (first @ Motor.exp(fraction[:, None] * turn)).as_matrix()
+    rotations[:, :3, 3] = points
+    return Motor.from_matrix(rotations)

@@ -1,0 +1,144 @@
+"""Which configurations of an arm are at a start or a goal: joints as they are, everything else by inverse kinematics."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import kinematics
+from ..robots import Robot
+from ..scenes import GripperPlaneTarget, JointTarget, LineTarget, PlaneTarget, PoseTarget, PositionTarget, Scene
+from ._clearance import arm, collision_reason, margin
+
+Floats = NDArray[np.float64]
+
+FREE_SAMPLES = 72  # of the redundancy circle: 5 degrees apart
+_SEEDS = 24  # of a numerical inverse
+
+
+@dataclass(frozen=True, slots=True)
+class Configurations:
+    """`q` (m, n) usable configurations, or none and the reason."""
+
+    q: Floats
+    reason: str = ""
+
+
+def configurations(scene: Scene, which: str) -> Configurations:
+    """Configurations at the scene's "start" or "goal": reached, within limits and clear, most clear first."""
+    robot = arm(scene)
+    q, reason = _reaching(scene, which)
+    if not len(q):
+        return Configurations(q, f"{which}: {reason}")
+    inside = within_limits(robot, q)
+    if not inside.any():
+        return Configurations(q[:0], f"{which}: {limit_reason(robot, q)}")
+    q = np.ascontiguousarray(q[inside])
+    margins = margin(scene, q)
+    if not (margins >= 0.0).any():
+        return Configurations(q[:0], f"{which} in collision: {collision_reason(scene, q)}")
+    order = np.argsort(-margins)
+    return Configurations(np.ascontiguousarray(q[order[margins[order] >= 0.0]]))
+
+
+def within_limits(robot: Robot, q: Floats, tolerance: float = 1e-9) -> NDArray[np.bool_]:
+    """(...) whether configurations (..., n) keep the joint limits."""
+    return ((q >= robot.limits.lower - tolerance) & (q <= robot.limits.upper + tolerance)).all(axis=-1)
+
+
+def limit_reason(robot: Robot, q: Floats) -> str:
+    """Which joint leaves its limits, and by how much, in the configuration (of m) that is nearest to keeping them."""
+    excess = np.maximum(robot.limits.lower - q, q - robot.limits.upper)
+    best = excess[np.argmin(excess.max(axis=-1))]
+    j = int(np.argmax(best))
+    return f"joint {robot.joint_names[j]!r} would be {best[j]:.3g} rad or m beyond its limits in the nearest posture"
+
+
+def _reaching(scene: Scene, which: str) -> tuple[Floats, str]:
+    robot, target = arm(scene), getattr(scene, which)
+    if isinstance(target, JointTarget):
+        return target.q[None].copy(), ""
+    if isinstance(target, GripperPlaneTarget):
+        phi = np.linspace(-np.pi, np.pi, FREE_SAMPLES, endpoint=False)
+        solutions = kinematics.inverse(robot, kinematics.GripperOnPlane(target.position, target.normal), phi=phi)
+        return _valid_rows(solutions)
+    if isinstance(target, PoseTarget):
+        return inverse_of_pose(scene, target.motor())
+    rng = np.random.default_rng(scene.options.seed)
+    found, reason = [], ""
+    for point in _points_of(scene, target, rng):
+        rows, why = inverse_of_point(scene, point, rng)
+        reason = reason or why
+        found.append(rows)
+        if len(rows):
+            break
+    return np.concatenate(found), reason
+
+
+def inverse_of_pose(scene: Scene, motor) -> tuple[Floats, str]:
+    """Configurations (m, n) at a pose of the tool, over all branches and the whole redundancy where there is a formula."""
+    robot = arm(scene)
+    if robot.closed_form is not None and robot.closed_form[0] == "srs_arm":
+        psi = np.linspace(-np.pi, np.pi, FREE_SAMPLES, endpoint=False)
+        return _valid_rows(kinematics.inverse(robot, motor, psi=psi))
+    if robot.closed_form is not None:
+        return _valid_rows(kinematics.inverse(robot, motor))
+    return _from_seeds(scene, motor, np.random.default_rng(scene.options.seed))
+
+
+def inverse_of_point(scene: Scene, point: Floats, rng: np.random.Generator) -> tuple[Floats, str]:
+    """Configurations (m, n) with the tool at a point, any orientation, from many seeds."""
+    from ..entities import Point
+
+    return _from_seeds(scene, Point.from_euclidean(point), rng)
+
+
+def _from_seeds(scene: Scene, target, rng: np.random.Generator) -> tuple[Floats, str]:
+    robot = arm(scene)
+    lower = np.where(np.isfinite(robot.limits.lower), robot.limits.lower, -np.pi)
+    upper = np.where(np.isfinite(robot.limits.upper), robot.limits.upper, np.pi)
+    seeds = [0.5 * (lower + upper), *rng.uniform(lower, upper, (_SEEDS - 1, robot.n_joints))]
+    if isinstance(scene.start, JointTarget):
+        seeds.insert(0, scene.start.q)
+    rows, reason = [], ""
+    for seed in seeds:
+        q, why = _valid_rows(kinematics.numerical_inverse(robot, target, seed=seed))
+        rows.append(q)
+        reason = reason or why
+    return np.concatenate(rows), reason
+
+
+def _points_of(scene: Scene, target, rng: np.random.Generator) -> list[Floats]:
+    """Points of a goal, those nearest to where the tool starts first."""
+    if isinstance(target, PositionTarget):
+        return [target.position]
+    start = _tool_start(scene)
+    spread = np.array([0.0, *(s * d for d in (0.05, 0.1, 0.2, 0.3, 0.45, 0.6, 0.8, 1.0) for s in (1, -1))])
+    if isinstance(target, LineTarget):
+        foot = target.point + ((start - target.point) @ target.direction) * target.direction
+        return [foot + s * target.direction for s in spread]
+    if isinstance(target, PlaneTarget):
+        foot = start + (target.distance - start @ target.normal) * target.normal
+        sides = rng.normal(size=(len(spread), 3))
+        sides -= (sides @ target.normal)[:, None] * target.normal
+        sides /= np.linalg.norm(sides, axis=1, keepdims=True)
+        return [foot + abs(s) * side for s, side in zip(spread, sides)]
+    raise TypeError(f"an arm has no target of kind {type(target).__name__}")
+
+
+def _tool_start(scene: Scene) -> Floats:
+    if isinstance(scene.start, JointTarget):
+        return kinematics.forward(arm(scene), scene.start.q).as_matrix()[:3, 3]
+    return scene.start.position
+
+
+def _valid_rows(solutions) -> tuple[Floats, str]:
+    q = solutions.q.reshape(-1, solutions.q.shape[-1])[solutions.valid.reshape(-1)]
+    if len(q):
+        return q, ""
+    reason = solutions.reason
+    if not isinstance(reason, str):
+        reason = next((text for text in np.asarray(reason).reshape(-1) if text), "no configuration found")
+    return q, reason

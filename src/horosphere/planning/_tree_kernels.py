@@ -1,0 +1,212 @@
+"""Two trees of joint motions that grow towards each other (RRT-Connect), in single precision.
+
+The published algorithm is Kuffner and LaValle's (2000), with the dynamic domain of Yershova et al. (2005): a node whose
+extension failed takes samples only from a ball around it. Edges are checked by `edge_clear` through its address.
+
+  tree = (nodes (2, n, capacity), parents (2, capacity), radii (2, capacity)); tree 0 hangs on the start, tree 1 on the goals
+  state (5,): iterations done, nodes of tree 0, nodes of tree 1, the tree that grows, edges checked
+"""
+
+import math
+
+import numpy as np
+
+from ..kernels import call_compiled, jit, lane_min, lane_where_lt, load_lanes, min_lane, spread
+from ._edge_kernels import CERTIFIED, LANES, WIDTH
+
+FREE = np.float32(1e30)  # the radius of a node whose extensions have all succeeded
+FAR = np.float32(1e9)
+RADIUS, LEAST_RADIUS, SHRINK = 4.0, 1.0, 1e-4
+GOLDEN = 0.6180339887498949
+PER_UNIT, PIECES_PER_UNIT = 32.0, 16.0
+"""Configurations checked, and pieces a certificate starts from, per unit of motion (1 rad, or a reach of sliding)."""
+
+
+@jit(_nrt=False)
+def motion_clear(edge, q, v, length, how, margin, self_margin, model, world, scratch):
+    """Whether the motion q + t v of this length is clear, by samples or by a certificate (`how`)."""
+    if how == CERTIFIED:
+        count = min(max(int(math.ceil(length * PIECES_PER_UNIT / WIDTH)), 1) * WIDTH, 1024)
+    else:
+        count = max(int(math.ceil(length * PER_UNIT / WIDTH)), 1)
+    return call_compiled(edge, (q, v, count, how, margin, self_margin, model, world, scratch)) == 1
+
+
+@jit(_nrt=False)
+def nearest(nodes, tree, count, q, ramp):
+    """Index and squared distance of the nearest of `count` nodes (padded with far ones to whole lanes)."""
+    n, capacity = nodes.shape[1], nodes.shape[2]
+    first = tree * n * capacity
+    best = spread(FREE, LANES)
+    index = best
+    here = load_lanes(ramp, WIDTH, LANES)
+    for i in range(0, count, WIDTH):
+        total = best * np.float32(0.0)
+        for j in range(n):
+            gap = load_lanes(nodes, first + j * capacity + i, LANES) - q[j]
+            total = total + gap * gap
+        index = lane_where_lt(total, best, here, index)
+        best = lane_min(total, best)
+        here = here + np.float32(WIDTH)
+    least = min_lane(best)
+    # the first lane that holds the least: lanes that hold more count as far
+    return int(min_lane(lane_where_lt(least, best, spread(FREE, LANES), index))), least
+
+
+@jit(_nrt=False)
+def add_node(tree, which, count, q, parent):
+    """Append a node; the lanes behind it stay far away."""
+    nodes, parents, radii = tree
+    for j in range(nodes.shape[1]):
+        nodes[which, j, count] = q[j]
+    parents[which, count], radii[which, count] = parent, FREE
+    if count % WIDTH == WIDTH - 1:
+        for j in range(nodes.shape[1]):
+            for k in range(count + 1, count + 1 + WIDTH):
+                nodes[which, j, k] = FAR
+
+
+@jit(_nrt=False)
+def write_path(tree, a, b, path):
+    """The path start .. node a of tree 0, node b of tree 1 .. goal; returns its length, 0 if it does not fit."""
+    nodes, parents, radii = tree
+    n = nodes.shape[1]
+    first = 0
+    i = a
+    while i >= 0:
+        first += 1
+        i = parents[0, i]
+    k = first - 1
+    i = a
+    if first >= path.shape[0]:
+        return 0
+    while i >= 0:
+        for j in range(n):
+            path[k, j] = nodes[0, j, i]
+        k -= 1
+        i = parents[0, i]
+    k = first
+    i = b
+    while i >= 0:
+        if k >= path.shape[0]:
+            return 0
+        for j in range(n):
+            path[k, j] = nodes[1, j, i]
+        k += 1
+        i = parents[1, i]
+    return k
+
+
+@jit(_nrt=False)
+def plant(tree, state, start, goals):
+    """Empty trees with their roots."""
+    nodes, parents, radii = tree
+    for j in range(nodes.shape[1]):
+        for k in range(WIDTH):
+            nodes[0, j, k] = FAR
+        for k in range((goals.shape[0] // WIDTH + 1) * WIDTH):
+            nodes[1, j, k] = FAR
+    for which in range(2):
+        for g in range(goals.shape[0] if which else 1):
+            add_node(tree, which, g, goals[g] if which else start, np.int64(-1))
+    for k in range(len(state)):
+        state[k] = 0
+    state[1], state[2], state[3] = 1, goals.shape[0], 1
+
+
+@jit(_nrt=False)
+def grow(edge, budget, step, how, margin, self_margin, samples, low, high, start, goals, tree, state, path, model,
+         world, scratch):  # fmt: skip
+    """Points of a path found within `budget` more iterations (0: none yet, -1: the trees are full).
+
+    A first call (state[0] == 0, trees planted) tries the straight motions to the goals. `step`: longest edge.
+    """
+    nodes, parents, radii = tree
+    ramp, work = scratch[4], scratch[5]
+    n, capacity = nodes.shape[1], nodes.shape[2]
+    a, v, q = work[0], work[1], work[2]
+    if state[0] == 0:
+        for g in range(goals.shape[0]):
+            length = 0.0
+            for j in range(n):
+                v[j] = goals[g, j] - start[j]
+                length += v[j] * v[j]
+            state[4] += 1
+            if motion_clear(edge, start, v, float(math.sqrt(length)), how, margin, self_margin, model, world, scratch):
+                for j in range(n):
+                    path[0, j], path[1, j] = start[j], goals[g, j]
+                return 2
+    for _ in range(budget):
+        iteration = state[0]
+        state[0] += 1
+        ta = state[3]
+        if state[1 + ta] > 0 and abs(state[1 + ta] - state[2 - ta]) < state[1 + ta]:
+            ta = 1 - ta
+        state[3] = ta
+        tb = 1 - ta
+        na, nb = state[1 + ta], state[1 + tb]
+        row, lap = iteration % samples.shape[0], iteration // samples.shape[0]
+        for j in range(n):
+            share = samples[row, j] + lap * GOLDEN * (j + 1.0)  # each lap through the table is moved round by another amount
+            q[j] = low[j] + (share - math.floor(share)) * (high[j] - low[j])
+        i, square = nearest(nodes, ta, na, q, ramp)
+        distance = math.sqrt(float(square))
+        radius = radii[ta, i]
+        if radius < distance:
+            continue
+        part = np.float32(min(1.0, step / max(distance, 1e-9)))
+        for j in range(n):
+            a[j] = nodes[ta, j, i]
+            v[j] = (q[j] - a[j]) * part
+        state[4] += 1
+        if not motion_clear(
+            edge, a, v, min(distance, step), how, margin, self_margin, model, world, scratch
+        ):
+            radii[ta, i] = RADIUS if radius >= FREE else max(radius * (1.0 - SHRINK), LEAST_RADIUS)
+            continue
+        if radius < FREE:
+            radii[ta, i] = radius * (1.0 + SHRINK)
+        if na + 2 * WIDTH > capacity:
+            return -1
+        for j in range(n):
+            a[j] += v[j]
+        add_node(tree, ta, na, a, i)
+        here = na
+        na += 1
+        k, square = nearest(nodes, tb, nb, a, ramp)
+        distance = math.sqrt(float(square))
+        pieces = max(int(math.ceil(distance / step)), 1)
+        if na + pieces + 2 * WIDTH > capacity:
+            return -1
+        for j in range(n):
+            v[j] = (nodes[tb, j, k] - a[j]) / np.float32(pieces)
+        done = 0
+        while done < pieces:
+            if done == pieces - 1:  # ends exactly on the node of the other tree
+                for j in range(n):
+                    v[j] = nodes[tb, j, k] - a[j]
+            state[4] += 1
+            if not motion_clear(
+                edge, a, v, distance / pieces, how, margin, self_margin, model, world, scratch
+            ):
+                break
+            done += 1
+            if done < pieces:
+                for j in range(n):
+                    a[j] += v[j]
+                add_node(tree, ta, na, a, here)
+                here = na
+                na += 1
+        state[1 + ta] = na
+        if done == pieces:
+            return write_path(tree, here if ta == 0 else k, k if ta == 0 else here, path)
+    return 0
+
+
+@jit(_nrt=False)
+def stands_clear(edge, q, how, margin, self_margin, model, world, scratch):
+    """Whether one configuration is clear (`how` is STANDING)."""
+    v = scratch[5][0]
+    for j in range(len(q)):
+        v[j] = 0.0
+    return call_compiled(edge, (q, v, 1, how, margin, self_margin, model, world, scratch)) == 1
