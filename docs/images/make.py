@@ -13,7 +13,13 @@ from playwright.sync_api import sync_playwright
 from horosphere.cli._app import main
 
 FOLDER = Path(__file__).resolve().parent
-FLAGS = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist"]
+FLAGS = [
+    "--no-sandbox",
+    "--use-gl=angle",
+    "--use-angle=swiftshader",
+    "--enable-unsafe-swiftshader",
+    "--ignore-gpu-blocklist",
+]
 
 
 def picture(scene: str, wait: float) -> None:

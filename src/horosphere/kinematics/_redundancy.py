@@ -72,7 +72,7 @@ def _psi_candidates(made: Solver, motor: Floats) -> Floats:
     The rotation of the upper arm is R(psi) = A + B cos psi + C sin psi; a joint at its limit m is an equation a.R b =
     k.
     """
-    from ._inverse_kernels import elbow_roots, load_pose
+    from ._screw_kernels import elbow_roots, load_pose
 
     chain, special = made.structure.screws, made.structure.special
     assert chain is not None and special is not None

@@ -1,4 +1,4 @@
-"""Closed-form inverse kinematics of a classified chain: poses in, all branches out (loops: `_inverse_kernels.py`)."""
+"""Closed-form inverse kinematics of a classified chain: poses in, all branches out."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ class Solver:
         gap = self.structure.gap
         if gap <= _EXACT:
             return None
-        from ._inverse_kernels import polish
+        from ._polish_kernels import polish
 
         residual = np.full(valid.shape, np.inf)
         locked = {"q7": 6, "q1": 0}.get(self.structure.parameter or "", -1)
@@ -73,7 +73,7 @@ def solver(robot: Any) -> Solver:
     known = robot.memo.get("ik solver")
     if known is not None:
         return known
-    from . import _inverse_kernels as loops
+    from . import _seven_kernels, _six_kernels
 
     structure = classify(robot)
     if structure.screws is None:  # a built-in arm, asked for by its axes
@@ -90,7 +90,7 @@ def solver(robot: Any) -> Solver:
     made = Solver(
         structure, np.ascontiguousarray(arm), np.ascontiguousarray(true_arm),
         np.array([robot.limits.lower, robot.limits.upper]), branch_table(len(structure.bits)), n, structure.branches,
-        getattr(loops, structure.name),
+        getattr(_seven_kernels if structure.name in ("sew7", "srs7") else _six_kernels, structure.name),
     )  # fmt: skip
     robot.memo["ik solver"] = made
     return made
@@ -161,7 +161,7 @@ def _rows(array: Floats, batch: tuple[int, ...], width: int) -> Floats:
 
 def _best(made: Solver, motors: Floats, seeds: Floats):
     """For every branch the redundancy with the largest distance to the joint limits."""
-    from ._inverse_kernels import best
+    from ._seven_kernels import best
 
     kind, low, high = 1, -np.pi, np.pi
     if made.structure.name == "sew7":
