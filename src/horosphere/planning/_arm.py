@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from .. import kinematics
 from ..certify import certify
 from ..scenes import JointTarget, Scene
-from ._branches import ArmPath, follow_branches, supports
+from ._branches import follow_branches, supports
 from ._clearance import arm
 from ._configurations import Configurations, configurations
 from ._follow import follow_jacobian
@@ -18,7 +18,9 @@ from ._tool_path import tool_path
 
 Floats = NDArray[np.float64]
 
-_REFINEMENTS = 3  # times the path step is halved when joint steps come out too large
+_REFINEMENTS = 3  # times the waypoints are doubled for the sake of the certificate
+_RETRIES = 10  # field paths tried from one start, finer ones or further from what the links meet
+_WIDER = 0.01  # metres by which the tool keeps further than it just needs to
 _STARTS_TRIED = 6  # configurations at the start from which the Jacobian follows
 
 
@@ -51,28 +53,44 @@ def plan_arm(scene: Scene, progress: Progress) -> Plan:
 def _along_field(scene: Scene, starts: Configurations, goals: Configurations, progress: Progress) -> Plan:
     closed = supports(scene)
     by = "harmonic field, " + ("closed form" if closed else "Jacobian")
-    q_starts = starts.q[:1] if closed else starts.q[:_STARTS_TRIED]
-    reason, points = "", None
-    for q_start in q_starts:
-        for step in scene.options.path_step / 2.0 ** np.arange(_REFINEMENTS + 1):
-            with progress.part("field path"):
-                path = tool_path(scene, _tool(scene, "start", q_start), _tool(scene, "goal", goals.q[0]), float(step))
-            for note in path.notes:
-                progress.note(note)
-            if path.points is None:
-                return Plan(scene, False, path.reason)
-            points = path.points
-            with progress.part("joint motion"):
-                motion = follow_branches(scene, points) if closed else follow_jacobian(scene, q_start, points)
-            if motion.waypoints is not None or not motion.breaks:
-                break
+    first = None
+    for q_start in starts.q[:1] if closed else starts.q[:_STARTS_TRIED]:
+        found = _from_start(scene, q_start, goals.q[0], by, closed, progress)
+        if found.solved:
+            return found
+        first = first or found
+    assert first is not None
+    return first
+
+
+def _from_start(scene: Scene, q_start: Floats, q_goal: Floats, by: str, closed: bool, progress: Progress) -> Plan:
+    """Follow the field from one start; where the links meet an obstacle on the way, keep the tool further from it."""
+    start, goal = _tool(scene, "start", q_start), _tool(scene, "goal", q_goal)
+    step, wider, first = scene.options.path_step, {}, None
+    for _ in range(_RETRIES):
+        with progress.part("field path"):
+            path = tool_path(scene, start, goal, step, wider)
+        for note in path.notes:
+            progress.note(note)
+        if path.points is None:
+            return first or Plan(scene, False, path.reason)
+        with progress.part("joint motion"):
+            motion = follow_branches(scene, path.points) if closed else follow_jacobian(scene, q_start, path.points)
         if motion.waypoints is not None:
-            plan = certified(scene, motion.waypoints, by, progress, points)
-            if plan.solved:
-                return plan
-            motion = ArmPath(None, plan.reason)
-        reason = reason or motion.reason
-    return Plan(scene, False, reason, path=points)
+            plan = certified(scene, motion.waypoints, by, progress, path.points)
+            if plan.solved and wider:
+                progress.note(f"the tool keeps further from {', '.join(map(repr, wider))} for the sake of the links")
+            return plan
+        first = first or Plan(scene, False, motion.reason, path=path.points)
+        if motion.breaks and step > scene.options.path_step / 8.5:
+            step /= 2.0
+        elif motion.touch is not None and motion.touch.is_obstacle:
+            name = motion.touch.contact.other
+            wider[name] = wider.get(name, 0.0) + motion.touch.short + _WIDER
+        else:
+            break
+    assert first is not None
+    return first
 
 
 def _by_tree(scene: Scene, starts: Configurations, goals: Configurations, progress: Progress) -> Plan:

@@ -7,6 +7,7 @@ chain is chosen for the whole path, never point by point (docs/errata.md).
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,8 +16,8 @@ from .. import kinematics
 from ..robots import Robot
 from ..scenes import GripperPlaneTarget, JointTarget, PoseTarget, Scene
 from ._chain import cheapest_chain
-from ._clearance import arm, collision_reason, margin
-from ._configurations import FREE_SAMPLES, limit_reason, within_limits
+from ._clearance import Touch, arm, margin, touch
+from ._configurations import free_grid, inverse_over, limit_reason, within_limits
 
 Floats = NDArray[np.float64]
 
@@ -27,41 +28,44 @@ _COMFORT_COST = 1.0  # of a waypoint at the clearance asked, in units of a large
 
 @dataclass(frozen=True, slots=True)
 class ArmPath:
-    """Waypoints (k, n) along a tool path, or None and the reason. `breaks` marks a failure that a finer path may mend."""
+    """Waypoints (k, n) along a tool path, or None and the reason.
+
+    `breaks` marks a failure that a finer path may mend; `touch` what is in the way, where that is the reason.
+    """
 
     waypoints: Floats | None
     reason: str = ""
     breaks: bool = False
+    touch: Touch | None = None
 
 
 def supports(scene: Scene) -> bool:
     """Whether this method knows the robot and the kind of its start and goal."""
-    form = arm(scene).closed_form
-    if form is None:
-        return False
-    fits = {"humanoid_arm": GripperPlaneTarget, "srs_arm": PoseTarget}.get(form[0])
-    return (
-        fits is not None
-        and isinstance(scene.start, (fits, JointTarget))
-        and isinstance(scene.goal, (fits, JointTarget))
-        and (isinstance(scene.start, fits) or isinstance(scene.goal, fits))
-    )
+    structure = kinematics.classify(arm(scene))
+    fits = GripperPlaneTarget if structure.name == "humanoid_arm" else PoseTarget
+    ends = scene.start, scene.goal
+    if structure.name == "humanoid_arm" and all(isinstance(end, JointTarget) for end in ends):
+        return False  # no plane is given
+    # with fewer than six joints a pose between two reachable ones is in general out of reach
+    enough = structure.name == "humanoid_arm" or arm(scene).n_joints >= 6
+    return structure.is_closed_form and enough and all(isinstance(end, (fits, JointTarget)) for end in ends)
 
 
 def follow_branches(scene: Scene, points: Floats) -> ArmPath:
     """Waypoints for the tool points (k, 3): candidates at every point, then the cheapest continuous chain, then refined."""
     family = _family(scene, points)
     layers, margins, chosen = [], [], []
-    free = np.linspace(-np.pi, np.pi, FREE_SAMPLES, endpoint=False)
+    free, spacing = free_grid(arm(scene))
     for k in range(len(points)):
         layer, spare, angle, reason = _usable(scene, *family(k, free))
         if not len(layer):
-            return ArmPath(None, f"at path point {k} of {len(points) - 1} {np.round(points[k], 3).tolist()}: {reason}")
+            where = f"at path point {k} of {len(points) - 1} {np.round(points[k], 3).tolist()}"
+            return ArmPath(None, f"{where}: {reason}", touch=reason if isinstance(reason, Touch) else None)
         layers.append(layer)
         margins.append(spare)
         chosen.append(angle)
     limit = scene.options.max_joint_step
-    coarse_limit = max(limit, 2.5 * 2.0 * np.pi / FREE_SAMPLES)  # the grid itself moves joints by about its spacing
+    coarse_limit = max(limit, 2.5 * spacing)  # the grid itself moves joints by about its spacing
     chain = cheapest_chain(layers, [_cost(m) for m in margins], coarse_limit)
     if chain.broken_at is not None:
         k = chain.broken_at
@@ -70,7 +74,7 @@ def follow_branches(scene: Scene, points: Floats) -> ArmPath:
             f"no continuous chain of postures from path point {k - 1} to {k} {np.round(points[k], 3).tolist()}",
             True,
         )
-    finer = np.linspace(-1.0, 1.0, _REFINED) * (2.0 * np.pi / FREE_SAMPLES)
+    finer = np.linspace(-1.0, 1.0, _REFINED if spacing else 1) * spacing
     layers2, margins2 = [], []
     for k, index in enumerate(chain.indices):
         layer, spare, _, _ = _usable(scene, *family(k, chosen[k][index] + finer))
@@ -96,7 +100,7 @@ def _usable(scene: Scene, q: Floats, valid: NDArray[np.bool_], free: Floats):
     margins = margin(scene, q)
     clear = margins >= 0.0
     if not clear.any():
-        return q[:0], margins[:0], free[:0], collision_reason(scene, q)
+        return q[:0], margins[:0], free[:0], touch(scene, q)
     return np.ascontiguousarray(q[clear]), margins[clear], free[clear], ""
 
 
@@ -110,22 +114,18 @@ def _family(scene: Scene, points: Floats):
     robot, last = arm(scene), len(points) - 1
     fraction = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
     fraction /= max(fraction[-1], 1e-300)
-    humanoid = robot.closed_form[0] == "humanoid_arm"
-    if humanoid:
-        normals = _normals(robot, scene.start, scene.goal, fraction)
-    else:
-        motors = _poses(robot, scene.start, scene.goal, points, fraction)
+    humanoid = kinematics.classify(robot).name == "humanoid_arm"
+    normals = _normals(robot, scene.start, scene.goal, fraction) if humanoid else None
+    motors: Any = None if humanoid else _poses(robot, scene.start, scene.goal, points, fraction)
 
     def family(k: int, free: Floats):
         target = scene.start if k == 0 else scene.goal if k == last else None
         if isinstance(target, JointTarget):
             return target.q[None].copy(), np.ones(1, bool), np.zeros(1)
-        if humanoid:
-            found = kinematics.inverse(robot, kinematics.GripperOnPlane(points[k], normals[k]), phi=free)
-        else:
-            found = kinematics.inverse(robot, motors[k], psi=free)
-        branches = found.q.shape[-2]
-        return found.q.reshape(-1, found.q.shape[-1]), found.valid.reshape(-1), np.repeat(free, branches)
+        goal: Any = motors[k] if normals is None else kinematics.GripperOnPlane(points[k], normals[k])
+        found = inverse_over(robot, goal, free)
+        rows = found.q.reshape(-1, robot.n_joints)
+        return rows, found.valid.reshape(-1), np.repeat(free, len(rows) // len(free))
 
     return family
 

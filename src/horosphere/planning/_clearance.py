@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
-from ..distance import signed, table
+from ..distance import Contact, signed, table
 from ..robots import Robot
 from ..scenes import Scene
 
@@ -25,15 +27,28 @@ def margin(scene: Scene, q: Floats) -> Floats:
     return np.minimum(signed(arm(scene), q, scene.obstacles, static=False) - options.clearance, own)
 
 
-def collision_reason(scene: Scene, q: Floats) -> str:
+@dataclass(frozen=True, slots=True)
+class Touch:
+    """What is `short` metres nearer to what than the scene allows; the other body is an obstacle or a link."""
+
+    contact: Contact
+    short: float
+    is_obstacle: bool
+    asked: float
+
+    def __str__(self) -> str:
+        link, other, distance = self.contact.link, self.contact.other, self.contact.distance
+        if distance < 0.0:
+            return f"link {link!r} reaches {-distance:.3g} m into {other!r}"
+        return f"link {link!r} is {distance:.3g} m from {other!r}, {self.asked:g} m are asked"
+
+
+def touch(scene: Scene, q: Floats) -> Touch:
     """What comes too close to what in the configuration, of q (m, n), with the largest margin."""
     best = q[int(np.argmax(margin(scene, q)))]
-    asked = {True: scene.options.self_clearance, False: scene.options.clearance}
-    links = set(arm(scene).link_names)
-    near = [(c.distance - asked[c.other in links], c) for c in table(arm(scene), best, scene.obstacles, static=False).contacts()]
-    _, contact = min(near, key=lambda pair: pair[0])
-    where = f"link {contact.link!r}", f"{contact.other!r}"
-    if contact.distance < 0.0:
-        return f"{where[0]} reaches {-contact.distance:.3g} m into {where[1]}"
-    wanted = asked[contact.other in links]
-    return f"{where[0]} is {contact.distance:.3g} m from {where[1]}, {wanted:g} m are asked"
+    links, options = set(arm(scene).link_names), scene.options
+    touches = []
+    for contact in table(arm(scene), best, scene.obstacles, static=False).contacts():
+        asked = options.self_clearance if contact.other in links else options.clearance
+        touches.append(Touch(contact, asked - contact.distance, contact.other not in links, asked))
+    return max(touches, key=lambda t: t.short)

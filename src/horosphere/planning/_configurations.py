@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,7 +11,7 @@ from numpy.typing import NDArray
 from .. import kinematics
 from ..robots import Robot
 from ..scenes import GripperPlaneTarget, JointTarget, LineTarget, PlaneTarget, PoseTarget, PositionTarget, Scene
-from ._clearance import arm, collision_reason, margin
+from ._clearance import arm, margin, touch
 
 Floats = NDArray[np.float64]
 
@@ -38,14 +39,14 @@ def configurations(scene: Scene, which: str) -> Configurations:
     q = np.ascontiguousarray(q[inside])
     margins = margin(scene, q)
     if not (margins >= 0.0).any():
-        return Configurations(q[:0], f"{which} in collision: {collision_reason(scene, q)}")
+        return Configurations(q[:0], f"{which} in collision: {touch(scene, q)}")
     order = np.argsort(-margins)
     return Configurations(np.ascontiguousarray(q[order[margins[order] >= 0.0]]))
 
 
 def within_limits(robot: Robot, q: Floats, tolerance: float = 1e-9) -> NDArray[np.bool_]:
     """(...) whether configurations (..., n) keep the joint limits."""
-    return ((q >= robot.limits.lower - tolerance) & (q <= robot.limits.upper + tolerance)).all(axis=-1)
+    return np.all((q >= robot.limits.lower - tolerance) & (q <= robot.limits.upper + tolerance), axis=-1)
 
 
 def limit_reason(robot: Robot, q: Floats) -> str:
@@ -61,9 +62,8 @@ def _reaching(scene: Scene, which: str) -> tuple[Floats, str]:
     if isinstance(target, JointTarget):
         return target.q[None].copy(), ""
     if isinstance(target, GripperPlaneTarget):
-        phi = np.linspace(-np.pi, np.pi, FREE_SAMPLES, endpoint=False)
-        solutions = kinematics.inverse(robot, kinematics.GripperOnPlane(target.position, target.normal), phi=phi)
-        return _valid_rows(solutions)
+        plane = kinematics.GripperOnPlane(target.position, target.normal)
+        return _valid_rows(inverse_over(robot, plane, free_grid(robot)[0]))
     if isinstance(target, PoseTarget):
         return inverse_of_pose(scene, target.motor())
     rng = np.random.default_rng(scene.options.seed)
@@ -77,15 +77,33 @@ def _reaching(scene: Scene, which: str) -> tuple[Floats, str]:
     return np.concatenate(found), reason
 
 
+def free_grid(robot: Robot) -> tuple[Floats, float]:
+    """Values of the redundancy of the robot's closed form to look at, and their spacing: a circle, or a joint's range."""
+    parameter = kinematics.classify(robot).parameter
+    if parameter is None:
+        return np.zeros(1), 0.0
+    if parameter in ("phi", "psi"):
+        return np.linspace(-np.pi, np.pi, FREE_SAMPLES, endpoint=False), 2.0 * np.pi / FREE_SAMPLES
+    joint = int(parameter[1:]) - 1
+    lower, upper = np.clip([robot.limits.lower[joint], robot.limits.upper[joint]], -np.pi, np.pi)
+    return np.linspace(lower, upper, FREE_SAMPLES), (upper - lower) / (FREE_SAMPLES - 1)
+
+
 def inverse_of_pose(scene: Scene, motor) -> tuple[Floats, str]:
     """Configurations (m, n) at a pose of the tool, over all branches and the whole redundancy where there is a formula."""
     robot = arm(scene)
-    if robot.closed_form is not None and robot.closed_form[0] == "srs_arm":
-        psi = np.linspace(-np.pi, np.pi, FREE_SAMPLES, endpoint=False)
-        return _valid_rows(kinematics.inverse(robot, motor, psi=psi))
-    if robot.closed_form is not None:
-        return _valid_rows(kinematics.inverse(robot, motor))
-    return _from_seeds(scene, motor, np.random.default_rng(scene.options.seed))
+    if not kinematics.classify(robot).is_closed_form:
+        return _from_seeds(scene, motor, np.random.default_rng(scene.options.seed))
+    return _valid_rows(inverse_over(robot, motor, free_grid(robot)[0]))
+
+
+def inverse_over(robot: Robot, target, free: Floats) -> kinematics.IkSolutions:
+    """All branches of a closed form at every value of the redundancy, if the robot has one."""
+    given: dict[str, Any] = {}
+    parameter = kinematics.classify(robot).parameter
+    if parameter:
+        given[parameter] = free
+    return kinematics.inverse(robot, target, **given)
 
 
 def inverse_of_point(scene: Scene, point: Floats, rng: np.random.Generator) -> tuple[Floats, str]:

@@ -10,7 +10,7 @@ from ..distance import signed
 from ..scenes import GripperPlaneTarget, JointTarget, PoseTarget, Scene
 from ..versors import Motor
 from ._branches import ArmPath
-from ._clearance import arm, collision_reason, margin
+from ._clearance import arm, margin, touch
 from ._configurations import limit_reason
 
 Floats = NDArray[np.float64]
@@ -18,7 +18,10 @@ Floats = NDArray[np.float64]
 _ITERATIONS = 40
 _DAMPING = 1e-3  # of the task's inverse, in units of the arm's reach per radian
 _COMFORT = 0.05  # metres above the clearance asked within which an obstacle pushes
-_PUSH = 0.05  # radians: largest push of one iteration
+_PUSH = 0.6  # of the largest joint step: what the null space may move between two points of the path
+_CENTRE = (
+    0.02  # radians: pull of the middle of the limits, at the limits, against a push of one by an obstacle that is near
+)
 _HALVINGS = 6  # of a path step whose joint step is too large
 
 
@@ -62,8 +65,9 @@ def follow_jacobian(scene: Scene, start: Floats, points: Floats) -> ArmPath:
             goal_fraction = 0.5 * (done + goal_fraction)
         if margin(scene, q[None])[0] < 0.0:
             where = np.round(wanted[:3, 3], 3).tolist()
-            why = collision_reason(scene, q[None])
-            return ArmPath(None, f"Jacobian following collides at {goal_fraction:.0%} of the tool path {where}: {why}")
+            why = touch(scene, q[None])
+            text = f"Jacobian following collides at {goal_fraction:.0%} of the tool path {where}: {why}"
+            return ArmPath(None, text, touch=why)
         waypoints.append(q)
         done = goal_fraction
         if done >= fractions[k]:
@@ -82,7 +86,7 @@ def _solve(scene: Scene, start: Floats, wanted: Floats, oriented: bool) -> tuple
     span = np.where(np.isfinite(upper - lower), upper - lower, np.inf)
     middle = np.where(np.isfinite(span), 0.5 * (lower + upper), 0.0)
     target = Motor.from_matrix(wanted)
-    q, residual = start.copy(), np.inf
+    q, residual, budget = start.copy(), np.inf, _PUSH * options.max_joint_step
     for iteration in range(_ITERATIONS):
         reached = kinematics.forward(robot, q)
         J = kinematics.jacobian(robot, q)
@@ -92,16 +96,18 @@ def _solve(scene: Scene, start: Floats, wanted: Floats, oriented: bool) -> tuple
         else:
             error, J = position, J[3:]
         residual = float(np.abs(error).max())
-        settle = iteration >= _ITERATIONS // 2  # the second half closes the task, without pushes
-        if residual <= 0.1 * options.goal_tolerance and (settle or iteration > 2):
+        pushed = iteration > 2 or budget <= 0.0
+        if residual <= 0.1 * options.goal_tolerance and pushed:
             break
         push = np.zeros_like(q)
-        if not settle:
-            push -= 0.1 * np.where(np.isfinite(span), (q - middle) / span**2, 0.0)
+        if not pushed:
+            push -= _CENTRE * np.where(np.isfinite(span), (q - middle) / span**2, 0.0)
             distance, gradient = signed(robot, q[None], scene.obstacles, gradient=True, static=False)
             urgency = 1.0 - (distance[0] - options.clearance) / _COMFORT
             if urgency > 0.0:
-                push += _PUSH * min(urgency, 2.0) * gradient[0] / max(np.linalg.norm(gradient[0]), 1e-9)
+                push += min(urgency, 2.0) * gradient[0] / max(np.linalg.norm(gradient[0]), 1e-9)
+            push *= min(1.0, 0.5 * budget / max(np.abs(push).max(), 1e-300))
+            budget -= np.abs(push).max()
         dq = _task_and_push(J, error, push, q, lower, upper)
         q = np.clip(q + dq * min(1.0, 0.2 / max(np.abs(dq).max(), 1e-300)), lower, upper)
     return q, residual

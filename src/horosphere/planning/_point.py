@@ -36,7 +36,7 @@ def plan_point(scene: Scene, progress: Progress) -> Plan:
         np.full(n, robot.max_acceleration / np.sqrt(n)), np.full(n, np.inf),
     )  # fmt: skip
     names = tuple("xyz"[:n]) if n <= 3 else tuple(f"x{k + 1}" for k in range(n))
-    waypoints, certificate = evenly(path.points, options.path_step), None
+    waypoints, reason = evenly(path.points, options.path_step), ""
     for _ in range(_REFINEMENTS):
         with progress.part("timing"):
             trajectory = timed_path(waypoints, limits.velocity, limits.acceleration, options.time_step, names)
@@ -44,9 +44,9 @@ def plan_point(scene: Scene, progress: Progress) -> Plan:
             certificate = certify(scene, trajectory)
         if certificate.certified:
             return Plan(scene, True, "solved", "harmonic field", trajectory, certificate, path.points)
+        reason = f"the motion has no certificate: {certificate.first_violation or certificate.unresolved}"
         waypoints = evenly(path.points, np.linalg.norm(np.diff(waypoints, axis=0), axis=1).max() / 2.0)
-    why = f"the motion has no certificate: {certificate.first_violation or certificate.unresolved}"
-    return Plan(scene, False, why, "harmonic field", certificate=certificate, path=path.points)
+    return Plan(scene, False, reason, "harmonic field", path=path.points)
 
 
 def harmonic_field(scene: Scene, margin: float) -> HarmonicField:

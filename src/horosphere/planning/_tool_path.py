@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ..distance import pack_obstacles
 from ..errors import InputError
 from ..fields import HarmonicField
 from ..robots import Robot
@@ -41,16 +42,17 @@ def tool_radius(robot: Robot) -> float:
     return radius
 
 
-def tool_path(scene: Scene, start: Floats, goal: Floats, step: float) -> ToolPath:
+def tool_path(scene: Scene, start: Floats, goal: Floats, step: float, wider: dict[str, float]) -> ToolPath:
     """Follow the field from `start` to `goal` (3,) in steps of at most `step` metres.
 
     Obstacles that are not balls enter as their bounding balls; one whose ball holds the start or the goal is left to the
-    choice of the configurations, which looks at every obstacle as it is.
+    choice of the configurations, which looks at every obstacle as it is. `wider`: metres by which the path keeps further
+    from the obstacles of these names, for the sake of the links behind the tool.
     """
     grown = tool_radius(arm(scene)) + scene.options.clearance
     centers, radii, notes = [], [], []
     for k, shape in enumerate(scene.obstacles):
-        name = shape.name or f"obstacle {k}"
+        name = pack_obstacles(scene.obstacles).names[k]
         if isinstance(shape, HalfSpace):
             notes.append(f"the field does not see {name!r}: a half-space; the links do")
             continue
@@ -62,7 +64,7 @@ def tool_path(scene: Scene, start: Floats, goal: Floats, step: float) -> ToolPat
             )
             continue
         centers.append(center)
-        radii.append(radius)
+        radii.append(radius + wider.get(name, 0.0))
     options = scene.field
     try:
         field = HarmonicField(

@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..errors import InputError
 from ..numeric import float_array
 from ..robots import Robot
 from ..shapes import as_shapes
@@ -230,7 +229,9 @@ class _Packed:
         from ._edge_kernels import STANDING
         from ._tree_kernels import stands_clear
 
-        return bool(stands_clear(self.edge, self.scaled(q), STANDING, *margins, self.model.arrays, self.world, self.scratch))
+        return bool(
+            stands_clear(self.edge, self.scaled(q), STANDING, *margins, self.model.arrays, self.world, self.scratch)
+        )
 
 
 def _region(robot: Robot, start: Floats, goals: Floats) -> tuple[Floats, Floats]:
@@ -324,7 +325,16 @@ class _Room:
         if key not in self._scratch:
             frames = np.zeros(12 * 16 * key[0], np.float32)
             frames.reshape(-1, 16)[[0, 4, 8]] = 1.0  # the base: the identity
-            self._scratch = {key: (frames, np.zeros(16 * key[1], np.float32), np.zeros(max(key[2], most) + 1, np.int64), self.stack, self.ramp, self.work)}
+            self._scratch = {
+                key: (
+                    frames,
+                    np.zeros(16 * key[1], np.float32),
+                    np.zeros(max(key[2], most) + 1, np.int64),
+                    self.stack,
+                    self.ramp,
+                    self.work,
+                )
+            }
         return self._scratch[key]
 
 

@@ -147,7 +147,9 @@ def grow(edge, budget, step, how, margin, self_margin, samples, low, high, start
         na, nb = state[1 + ta], state[1 + tb]
         row, lap = iteration % samples.shape[0], iteration // samples.shape[0]
         for j in range(n):
-            share = samples[row, j] + lap * GOLDEN * (j + 1.0)  # each lap through the table is moved round by another amount
+            share = samples[row, j] + lap * GOLDEN * (
+                j + 1.0
+            )  # each lap through the table is moved round by another amount
             q[j] = low[j] + (share - math.floor(share)) * (high[j] - low[j])
         i, square = nearest(nodes, ta, na, q, ramp)
         distance = math.sqrt(float(square))
@@ -159,9 +161,7 @@ def grow(edge, budget, step, how, margin, self_margin, samples, low, high, start
             a[j] = nodes[ta, j, i]
             v[j] = (q[j] - a[j]) * part
         state[4] += 1
-        if not motion_clear(
-            edge, a, v, min(distance, step), how, margin, self_margin, model, world, scratch
-        ):
+        if not motion_clear(edge, a, v, min(distance, step), how, margin, self_margin, model, world, scratch):
             radii[ta, i] = RADIUS if radius >= FREE else max(radius * (1.0 - SHRINK), LEAST_RADIUS)
             continue
         if radius < FREE:
@@ -186,9 +186,7 @@ def grow(edge, budget, step, how, margin, self_margin, samples, low, high, start
                 for j in range(n):
                     v[j] = nodes[tb, j, k] - a[j]
             state[4] += 1
-            if not motion_clear(
-                edge, a, v, distance / pieces, how, margin, self_margin, model, world, scratch
-            ):
+            if not motion_clear(edge, a, v, distance / pieces, how, margin, self_margin, model, world, scratch):
                 break
             done += 1
             if done < pieces:

@@ -170,7 +170,9 @@ def spans(frames: Frames, balls: Balls, low: Floats, high: Floats) -> tuple[Floa
     distance = np.zeros(count)
     for f in range(1, count):
         parent, origin = frames.joints[f, 0], frames.data[f, 9:12]
-        distance[f] = slide[f] + (distance[parent] + np.linalg.norm(origin) if parent else np.linalg.norm(origin - root))
+        distance[f] = slide[f] + (
+            distance[parent] + np.linalg.norm(origin) if parent else np.linalg.norm(origin - root)
+        )
     local = np.linalg.norm(balls.body_bounds[:, :3], axis=1) + balls.body_bounds[:, 3]
     still = np.linalg.norm(balls.body_bounds[:, :3] - root, axis=1) + balls.body_bounds[:, 3]
     span = np.array([distance[f] + s if f else t for f, s, t in zip(balls.bodies[:, 0], local, still)])
