@@ -27,7 +27,7 @@ def plan_point(scene: Scene, progress: Progress) -> Plan:
         except InputError as error:
             return Plan(scene, False, str(error))
         path = field.trace(scene.start.position, step=options.path_step)
-    progress.notes.extend(path.notes)
+    progress.notes.extend((*field.notes, *path.notes))
     if not path.reached:
         return Plan(scene, False, path.reason, path=path.points)
     n = robot.dimension
@@ -57,7 +57,9 @@ def harmonic_field(scene: Scene, margin: float) -> HarmonicField:
         scene.obstacles,
         boundary=options.boundary,
         rule=options.rule,
+        blend=options.blending,
         exponent=options.exponents,
+        workspace=scene.workspace,
         sensor_range=options.sensor_range,
         margin=margin,
     )
