@@ -4,18 +4,25 @@ import numpy as np
 
 from horosphere.robots._pairs import segment_distance
 from horosphere.robots._placement import link_frames, move_points
+from horosphere.shapes import Ball, PointCloud
 
 
 def clearances(robot, q, obstacles):
-    """(to obstacles, to itself) of configurations (k, n), each (k,); capsules are taken as 65 balls against obstacles."""
+    """(to obstacles, to itself) of configurations (k, n), each (k,); capsules are taken as rows of 17 balls against obstacles."""
     bodies = robot.capsules
     poses = link_frames(robot.links, q)[:, bodies.link]
     a, b = move_points(poses, bodies.a), move_points(poses, bodies.b)
     outer, inner = np.full(len(q), np.inf), np.full(len(q), np.inf)
     long = np.linalg.norm(bodies.b - bodies.a, axis=1) > 1e-9
-    points = [a[:, ~long], *(a[:, long] + t * (b - a)[:, long] for t in np.linspace(0, 1, 65))] if long.any() else [a]
-    radii = [bodies.radius[~long], *[bodies.radius[long]] * 65] if long.any() else [bodies.radius]
-    for shape in obstacles:
+    points = [a[:, ~long], *(a[:, long] + t * (b - a)[:, long] for t in np.linspace(0, 1, 17))] if long.any() else [a]
+    radii = [bodies.radius[~long], *[bodies.radius[long]] * 17] if long.any() else [bodies.radius]
+    singles = [
+        Ball(x, r)
+        for cloud in obstacles
+        if isinstance(cloud, PointCloud)
+        for x, r in zip(cloud.points, np.broadcast_to(cloud.radius, len(cloud.points)))
+    ]
+    for shape in [*singles, *(o for o in obstacles if not isinstance(o, PointCloud))]:
         for x, r in zip(points, radii):
             if x.shape[1]:
                 outer = np.minimum(outer, (shape.signed_distance(x) - r).min(axis=1))

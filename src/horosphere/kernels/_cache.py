@@ -8,6 +8,7 @@ writable; here a folder that cannot be written means no cache.
 from __future__ import annotations
 
 import ast
+import gc
 import hashlib
 import os
 import sys
@@ -79,6 +80,8 @@ def attach_cache(dispatcher, content: str) -> None:
     """Give a numba dispatcher our disk cache; `content` tells functions of the same name apart."""
     from numba.core.caching import CompileResultCacheImpl, FunctionCache, _CacheLocator
 
+    pause_garbage_collection()
+
     class Locator(_CacheLocator):
         def __init__(self, function) -> None:
             self._function = function
@@ -137,13 +140,33 @@ def jit(function: Callable | None = None, **options) -> Any:
 
 def on_compile(callback: Callable[[str], None]) -> None:
     """Call `callback(name)` whenever a function is compiled (not when it comes from the disk cache)."""
+    _listen(lambda event: callback(event.data["dispatcher"].py_func.__name__), lambda event: None)
+
+
+def _listen(start: Callable[[Any], None], end: Callable[[Any], None]) -> None:
     from numba.core import event
 
     class Listener(event.Listener):
         def on_start(self, event) -> None:
-            callback(event.data["dispatcher"].py_func.__name__)
+            start(event)
 
         def on_end(self, event) -> None:
-            pass
+            end(event)
 
     event.register("numba:compile", Listener())
+
+
+@cache
+def pause_garbage_collection() -> None:
+    """Let no garbage be collected while numba compiles: its many small objects make that 15 % of the time."""
+    paused: list[bool] = []
+
+    def on_start(event) -> None:
+        paused.append(gc.isenabled())
+        gc.disable()
+
+    def on_end(event) -> None:
+        if paused.pop():
+            gc.enable()
+
+    _listen(on_start, on_end)

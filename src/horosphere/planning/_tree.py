@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import threading
 from dataclasses import dataclass, field
 from time import perf_counter
 from typing import Any
@@ -15,6 +14,7 @@ from ..numeric import float_array
 from ..robots import Robot
 from ..shapes import as_shapes
 from ._tree_model import Balls, Frames, body_pairs, cover, moving_frames, position_error, spans
+from ._tree_room import room_of
 from ._world import nearest_contact, solid_rows
 
 Floats = NDArray[np.float64]
@@ -25,8 +25,7 @@ RUNGS = (1 / 512, 1 / 1024, 0.0)
 COVER = 1 / 1024, 1 / 16384
 """How far the balls over a capsule may stand out, in shares of the reach; the second where the first leaves no way."""
 CHUNK = 2000
-CAPACITY = 1 << 16
-SAMPLES = 1 << 13
+START_BLOCKED, GOALS_BLOCKED = -2, -3
 ROUNDS, TRIES, LEAST_GAIN = 3, 3, 0.03
 
 
@@ -103,7 +102,7 @@ class _Search:
         self.robot, self.start, self.goals, self.shapes = robot, start, goals, shapes
         self.clearance, self.self_clearance = float(clearance), float(self_clearance)
         self.seed, self.iterations, self.deadline = int(seed), 0, math.inf
-        self.timings = dict.fromkeys(("pack", "grow", "simplify", "certify"), 0.0)
+        self.timings: dict[str, float] = dict.fromkeys(("pack", "grow", "simplify", "certify"), 0.0)
         self.low, self.high = _region(robot, start, goals)
         self.rows = solid_rows(shapes)
 
@@ -129,15 +128,14 @@ class _Search:
                     continue
             rung = share * space.model.reach
             margins = space.margins(self.clearance + rung, self.self_clearance + rung)
-            if not space.stands(self.start, margins):
+            path, able = self._grow(space, inside, margins, certified, math.inf if certified else 2 * CHUNK)
+            if path == START_BLOCKED:
                 reason = self._why("start", self.start, space)
                 continue
-            able = [g for g in inside if space.stands(self.goals[g], margins)]
-            if not able:
+            if path == GOALS_BLOCKED:
                 reason = self._why("goal", self.goals[inside[0]], space)
                 continue
-            path = self._grow(space, able, margins, certified, math.inf if certified else 2 * CHUNK)
-            if path is None:
+            if path <= 0:
                 reason = f"no path found in {self.iterations} iterations"
                 if perf_counter() > self.deadline:
                     return self._failed(f"{reason}: the time limit is over")
@@ -148,26 +146,28 @@ class _Search:
             reason = "a path was found, but contact between its points could not be excluded"
         return self._failed(reason)
 
-    def _grow(self, space: _Packed, able: list[int], margins, certified: bool, most: float) -> int | None:
+    def _grow(self, space: _Packed, inside: list[int], margins, certified: bool, most: float) -> tuple[int, list[int]]:
+        """What `grow` says at last, and the goals that are clear."""
         from ._edge_kernels import CERTIFIED, SAMPLED
-        from ._tree_kernels import grow, plant
+        from ._tree_kernels import grow
 
         room = space.room
-        start, goals = space.scaled(self.start), space.scaled(self.goals[able])
+        start, goals = space.scaled(self.start), space.scaled(self.goals[inside])
+        order = np.zeros(len(inside), np.int64)
         with _timed(self.timings, "grow"):
-            plant(room.tree, room.state, start, goals)
+            room.state[0] = -1
             samples = room.samples(self.seed)
             done = 0
             while True:
                 found = grow(
                     space.edge, CHUNK, STEP, CERTIFIED if certified else SAMPLED, *margins, samples, space.low, space.high,
-                    start, goals, room.tree, room.state, room.path, space.model.arrays, space.world, space.scratch,
+                    start, goals, order, room.tree, room.state, room.path, space.model.arrays, space.world, space.scratch,
                 )  # fmt: skip
                 done += CHUNK
                 if found or done >= most or perf_counter() > self.deadline:
                     break
-            self.iterations += int(room.state[0])
-        return int(found) if found > 0 else None
+            self.iterations += max(int(room.state[0]), 0)
+        return int(found), [inside[g] for g in order[: room.state[5]]]
 
     def _finish(self, space: _Packed, count: int, able: list[int], margins, shorten: bool, rung: float):
         from ._simplify_kernels import certify, simplify
@@ -206,13 +206,15 @@ class _Packed:
         self.fineness = fineness
         root, span, centre_error = _limits_of(model, search.low, search.high)
         margin = max(search.clearance, 0.0) + RUNGS[0] * model.reach + 1e-3
-        *world, extent = pack_world(search.rows.copy(), root, span, margin)
+        *world, extent = pack_world(search.rows, root, span, margin)
         self.world = tuple(world)
         size = extent + float(np.abs(root).max() + span.max(initial=0.0))
         self.slack = 2.0 * centre_error + 16.0 * 2.0**-24 * size
         self.uncertainty = self.slack + model.balls.inflation
-        self.room = _room(search.robot.n_joints)
-        self.scratch = self.room.scratch(model, len(search.rows))
+        self.room = room_of(search.robot.n_joints)
+        self.scratch = self.room.scratch(
+            len(model.frames.joints), len(model.balls.bodies), model.balls.groups, len(search.rows)
+        )
         self.low, self.high = self.scaled(search.low), self.scaled(search.high)
         self.edge = _edge_address(self)
 
@@ -223,15 +225,6 @@ class _Packed:
     def margins(self, clearance: float, self_clearance: float) -> tuple[float, float]:
         """With what rounding may hide; of two moving balls twice that."""
         return clearance + self.slack, self_clearance + 2.0 * self.slack
-
-    def stands(self, q: Floats, margins: tuple[float, float]) -> bool:
-        """Whether a configuration is clear."""
-        from ._edge_kernels import STANDING
-        from ._tree_kernels import stands_clear
-
-        return bool(
-            stands_clear(self.edge, self.scaled(q), STANDING, *margins, self.model.arrays, self.world, self.scratch)
-        )
 
 
 def _region(robot: Robot, start: Floats, goals: Floats) -> tuple[Floats, Floats]:
@@ -289,101 +282,24 @@ def _limits_of(model: _Model, low: Floats, high: Floats) -> tuple[Floats, Floats
     return model.regions[key]
 
 
-class _Room:
-    """Working memory of one thread for robots of n joints."""
-
-    def __init__(self, n: int) -> None:
-        self.n = n
-        self.tree = (
-            np.zeros((2, n, CAPACITY), np.float32),
-            np.zeros((2, CAPACITY), np.int64),
-            np.zeros((2, CAPACITY), np.float32),
-        )
-        self.state = np.zeros(5, np.int64)
-        self.path = np.zeros((4096, n), np.float32)
-        lanes = np.arange(16, dtype=np.float32)
-        self.ramp = np.concatenate([(lanes + 1) / np.float32(16), lanes])
-        self.work = np.zeros((3, n), np.float32)
-        self.stack = np.zeros((2, 4096), np.float32)
-        self._samples: dict[int, NDArray[np.float32]] = {}
-        self._scratch: dict[tuple[int, int, int], tuple[Any, ...]] = {}
-
-    def samples(self, seed: int) -> NDArray[np.float32]:
-        """Halton points (SAMPLES, n) in the unit cube, moved round by a random shift unless the seed is 0."""
-        if seed not in self._samples:
-            points = halton(SAMPLES, self.n)
-            if seed:
-                points = (points + np.random.default_rng(seed).uniform(size=self.n)) % 1.0
-            self._samples = {0: self._samples.get(0, points), seed: np.ascontiguousarray(points, np.float32)}
-        return self._samples[seed]
-
-    def scratch(self, model: _Model, solids: int) -> tuple[Any, ...]:
-        """The scratch arrays of `_edge_kernels`."""
-        joints, groups = model.frames.joints, model.balls.groups
-        most = int((groups[:, 1] - groups[:, 0]).max(initial=0))
-        key = len(joints), 3 * len(model.balls.bodies) + 4 * most, solids
-        if key not in self._scratch:
-            frames = np.zeros(12 * 16 * key[0], np.float32)
-            frames.reshape(-1, 16)[[0, 4, 8]] = 1.0  # the base: the identity
-            self._scratch = {
-                key: (
-                    frames,
-                    np.zeros(16 * key[1], np.float32),
-                    np.zeros(max(key[2], most) + 1, np.int64),
-                    self.stack,
-                    self.ramp,
-                    self.work,
-                )
-            }
-        return self._scratch[key]
-
-
-def halton(count: int, n: int) -> Floats:
-    """Points 1 .. count of the Halton sequence (count, n) with the odd primes as bases."""
-    primes: list[int] = []
-    candidate = 3
-    while len(primes) < n:
-        if all(candidate % p for p in primes if p * p <= candidate):
-            primes.append(candidate)
-        candidate += 2
-    points = np.zeros((count, n))
-    for j, base in enumerate(primes):
-        index, share = np.arange(1, count + 1), 1.0
-        while index.any():
-            share /= base
-            points[:, j] += share * (index % base)
-            index //= base
-    return points
-
-
-_LOCAL = threading.local()
 _ADDRESS: list[int] = []
-
-
-def _room(n: int) -> _Room:
-    rooms = _LOCAL.__dict__.setdefault("rooms", {})
-    if n not in rooms:
-        rooms[n] = _Room(n)
-    return rooms[n]
 
 
 def _edge_address(space: _Packed) -> int:
     """The compiled edge check; at the first call everything else is compiled, or read from the cache, too."""
     if not _ADDRESS:
         from ..kernels import address_of
-        from ._edge_kernels import STANDING, edge_clear
+        from ._edge_kernels import edge_clear
         from ._simplify_kernels import certify, simplify
-        from ._tree_kernels import grow, plant, stands_clear
+        from ._tree_kernels import grow
 
         room, arrays = space.room, (space.model.arrays, space.world, space.scratch)
         q = np.zeros(room.n, np.float32)
         edge = address_of(edge_clear, q, q, 1, 0, 0.0, 0.0, *arrays)
-        stands_clear(edge, q, STANDING, 0.0, 0.0, *arrays)
-        plant(room.tree, room.state, q, q[None])
         room.state[0] = 1
         samples = np.zeros((1, room.n), np.float32)
         grow(
-            edge, 0, STEP, 0, 0.0, 0.0, samples, q, q, q, q[None], room.tree, room.state, room.path, *arrays
+            edge, 0, STEP, 0, 0.0, 0.0, samples, q, q, q, q[None].copy(), room.state, room.tree, room.state, room.path, *arrays
         )  # fmt: skip
         simplify(edge, room.path, 0, 0, 0, 0.0, 0.0, 0.0, *arrays)
         certify(edge, room.path, 0, 0.0, 0.0, *arrays)

@@ -4,7 +4,7 @@ The published algorithm is Kuffner and LaValle's (2000), with the dynamic domain
 extension failed takes samples only from a ball around it. Edges are checked by `edge_clear` through its address.
 
   tree = (nodes (2, n, capacity), parents (2, capacity), radii (2, capacity)); tree 0 hangs on the start, tree 1 on the goals
-  state (5,): iterations done, nodes of tree 0, nodes of tree 1, the tree that grows, edges checked
+  state (6,): iterations done, nodes of tree 0, nodes of tree 1, the tree that grows, edges checked, goals that are clear
 """
 
 import math
@@ -12,10 +12,11 @@ import math
 import numpy as np
 
 from ..kernels import call_compiled, jit, lane_min, lane_where_lt, load_lanes, min_lane, spread
-from ._edge_kernels import CERTIFIED, LANES, WIDTH
+from ._edge_kernels import CERTIFIED, LANES, STANDING, WIDTH
 
 FREE = np.float32(1e30)  # the radius of a node whose extensions have all succeeded
 FAR = np.float32(1e9)
+TREES_FULL, START_BLOCKED, GOALS_BLOCKED = -1, -2, -3
 RADIUS, LEAST_RADIUS, SHRINK = 4.0, 1.0, 1e-4
 GOLDEN = 0.6180339887498949
 PER_UNIT, PIECES_PER_UNIT = 32.0, 16.0
@@ -98,35 +99,57 @@ def write_path(tree, a, b, path):
 
 
 @jit(_nrt=False)
-def plant(tree, state, start, goals):
-    """Empty trees with their roots."""
-    nodes, parents, radii = tree
-    for j in range(nodes.shape[1]):
-        for k in range(WIDTH):
-            nodes[0, j, k] = FAR
-        for k in range((goals.shape[0] // WIDTH + 1) * WIDTH):
-            nodes[1, j, k] = FAR
-    for which in range(2):
-        for g in range(goals.shape[0] if which else 1):
-            add_node(tree, which, g, goals[g] if which else start, np.int64(-1))
-    for k in range(len(state)):
-        state[k] = 0
-    state[1], state[2], state[3] = 1, goals.shape[0], 1
+def stands_clear(edge, q, margin, self_margin, model, world, scratch):
+    """Whether one configuration is clear, the bodies of the base among them."""
+    v = scratch[5][0]
+    for j in range(len(q)):
+        v[j] = 0.0
+    return call_compiled(edge, (q, v, 1, np.int64(STANDING), margin, self_margin, model, world, scratch)) == 1
 
 
 @jit(_nrt=False)
-def grow(edge, budget, step, how, margin, self_margin, samples, low, high, start, goals, tree, state, path, model,
-         world, scratch):  # fmt: skip
-    """Points of a path found within `budget` more iterations (0: none yet, -1: the trees are full).
+def plant(edge, margin, self_margin, start, goals, order, tree, state, model, world, scratch):
+    """Empty trees with their roots; the goals that are clear come to the front, `order` says which they are.
 
-    A first call (state[0] == 0, trees planted) tries the straight motions to the goals. `step`: longest edge.
+    Returns how many they are, or START_BLOCKED.
+    """
+    nodes, parents, radii = tree
+    if not stands_clear(edge, start, margin, self_margin, model, world, scratch):
+        return START_BLOCKED
+    count = 0
+    for g in range(goals.shape[0]):
+        if stands_clear(edge, goals[g], margin, self_margin, model, world, scratch):
+            order[count] = g
+            for j in range(goals.shape[1]):
+                goals[count, j] = goals[g, j]
+            count += 1
+    for which in range(2):
+        roots = count if which else 1
+        for j in range(nodes.shape[1]):
+            for k in range((roots // WIDTH + 1) * WIDTH):
+                nodes[which, j, k] = FAR
+        for g in range(roots):
+            add_node(tree, which, g, goals[g] if which else start, np.int64(-1))
+    state[0], state[1], state[2], state[3], state[4], state[5] = 0, 1, count, 1, 0, count
+    return count
+
+
+@jit(_nrt=False)
+def grow(edge, budget, step, how, margin, self_margin, samples, low, high, start, goals, order, tree, state, path, model,
+         world, scratch):  # fmt: skip
+    """Points of a path found within `budget` more iterations; 0: none yet, or TREES_FULL, START_BLOCKED, GOALS_BLOCKED.
+
+    A first call (state[0] < 0) plants the trees and tries the straight motions to the goals. `step`: longest edge.
     """
     nodes, parents, radii = tree
     ramp, work = scratch[4], scratch[5]
     n, capacity = nodes.shape[1], nodes.shape[2]
     a, v, q = work[0], work[1], work[2]
-    if state[0] == 0:
-        for g in range(goals.shape[0]):
+    if state[0] < 0:
+        count = plant(edge, margin, self_margin, start, goals, order, tree, state, model, world, scratch)
+        if count <= 0:
+            return GOALS_BLOCKED if count == 0 else count
+        for g in range(count):
             length = 0.0
             for j in range(n):
                 v[j] = goals[g, j] - start[j]
@@ -167,7 +190,7 @@ def grow(edge, budget, step, how, margin, self_margin, samples, low, high, start
         if radius < FREE:
             radii[ta, i] = radius * (1.0 + SHRINK)
         if na + 2 * WIDTH > capacity:
-            return -1
+            return TREES_FULL
         for j in range(n):
             a[j] += v[j]
         add_node(tree, ta, na, a, i)
@@ -177,7 +200,7 @@ def grow(edge, budget, step, how, margin, self_margin, samples, low, high, start
         distance = math.sqrt(float(square))
         pieces = max(int(math.ceil(distance / step)), 1)
         if na + pieces + 2 * WIDTH > capacity:
-            return -1
+            return TREES_FULL
         for j in range(n):
             v[j] = (nodes[tb, j, k] - a[j]) / np.float32(pieces)
         done = 0
@@ -199,12 +222,3 @@ def grow(edge, budget, step, how, margin, self_margin, samples, low, high, start
         if done == pieces:
             return write_path(tree, here if ta == 0 else k, k if ta == 0 else here, path)
     return 0
-
-
-@jit(_nrt=False)
-def stands_clear(edge, q, how, margin, self_margin, model, world, scratch):
-    """Whether one configuration is clear (`how` is STANDING)."""
-    v = scratch[5][0]
-    for j in range(len(q)):
-        v[j] = 0.0
-    return call_compiled(edge, (q, v, 1, how, margin, self_margin, model, world, scratch)) == 1

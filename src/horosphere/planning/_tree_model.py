@@ -78,7 +78,7 @@ def moving_frames(robot: Robot) -> Frames:
 
 
 def cover(robot: Robot, frames: Frames, fineness: float) -> Balls:
-    """Balls over all capsules, the nearest frames first: exact for a sphere; along a segment so dense that no radius grows by more than `fineness` (m)."""
+    """Balls over all capsules: exact for a sphere; on a segment so dense that no radius grows by more than `fineness` (m)."""
     found: dict[int, list[tuple[int, Floats]]] = {}
     worst = 0.0
     bodies = robot.capsules

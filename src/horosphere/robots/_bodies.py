@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 GRAIN = 1e-9
 """Radii are enlarged by this (metres): rounding must not put a corner outside."""
+_SCAN = 1.0 + np.linspace(0.0, 1.0, 61) ** 2 * 1.5
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,41 +35,56 @@ def fit_segment(along: Floats, across: Floats, pad: Floats | float = 0.0) -> tup
     sqrt((r - pad)^2 - across^2) of its height; so the shortest segment is known for each r, and r is scanned.
     """
     least = float(np.max(across + pad))
-    best = (0.0, 0.0, np.inf, np.inf)
-    for r in least * (1.0 + np.linspace(0.0, 1.0, 101) ** 2 * 1.5):
-        give = np.sqrt(np.maximum((r - pad) ** 2 - across**2, 0.0))
-        low, high = float(np.min(along + give)), float(np.max(along - give))
-        if low > high:
-            low = high = 0.5 * (low + high)
-        volume = r * r * (high - low + 4.0 / 3.0 * r)
-        if volume < best[3] * (1.0 - 1e-12):
-            best = (low, high, float(r), volume)
-    return best[0], best[1], best[2] + GRAIN
+    radii = (least * _SCAN)[:, None]
+    give = np.sqrt(np.maximum((radii - pad) ** 2 - across**2, 0.0))
+    low, high = np.min(along + give, axis=1), np.max(along - give, axis=1)
+    low, high = np.where(low > high, 0.5 * (low + high), [low, high])
+    volume = radii[:, 0] ** 2 * (high - low + 4.0 / 3.0 * radii[:, 0])
+    k = int(np.argmin(volume))
+    return float(low[k]), float(high[k]), float(radii[k, 0]) + GRAIN
 
 
-def enclosing_center(points: Floats) -> Floats:
+def enclosing_center(points: Floats, rounds: int = 400) -> Floats:
     """Centre (d,) of a ball that nearly is the smallest round `points` (m, d): Badoiu and Clarkson's iteration."""
     center = points.mean(axis=0)
-    for k in range(1, 400):
+    for k in range(1, rounds):
         far = points[np.argmax(np.sum((points - center) ** 2, axis=1))]
         center = center + (far - center) / (k + 1.0)
     return center
 
 
-def fit_capsule(points: Floats, pad: Floats | float = 0.0) -> Body:
-    """A small capsule round balls of radius `pad` at `points` (m, 3); tries the principal axes of the points."""
+def fit_capsule(points: Floats, pad: Floats | float = 0.0, rounds: int = 120, refine: int = 0) -> Body:
+    """A small capsule round balls of radius `pad` at `points` (m, 3): about the principal axes of the points, the best of them
+    then turned `refine` times by ever smaller angles (seed 0)."""
     centered = points - points.mean(axis=0)
     axes = np.linalg.svd(centered, full_matrices=True)[2] if len(points) > 1 else np.eye(3)
-    found: list[tuple[float, Body]] = []
-    for k in range(3):
-        axis, sides = axes[k], np.delete(axes, k, axis=0)
-        flat = points @ sides.T
-        middle = enclosing_center(flat)
-        low, high, radius = fit_segment(points @ axis, np.linalg.norm(flat - middle, axis=1), pad)
-        foot = middle @ sides
-        body = Body(foot + low * axis, foot + high * axis, radius)
-        found.append((radius**2 * (high - low + 4.0 / 3.0 * radius), body))
-    return min(found, key=lambda item: item[0])[1]
+    best, body = min(((_about(points, axis, pad, rounds)) for axis in axes), key=lambda item: item[0])
+    rng = np.random.default_rng(0)
+    width = 0.25
+    for _ in range(refine):
+        axis = body.b - body.a
+        length = float(np.linalg.norm(axis))
+        if length < 1e-9:
+            break
+        turned = axis / length + width * rng.normal(size=3)
+        volume, other = _about(points, turned / np.linalg.norm(turned), pad, rounds)
+        if volume < best:
+            best, body = volume, other
+        else:
+            width *= 0.75
+    return body
+
+
+def _about(points: Floats, axis: Floats, pad: Floats | float, rounds: int) -> tuple[float, Body]:
+    """The capsule of least volume (over pi) along an axis."""
+    side = np.cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))])
+    side /= np.linalg.norm(side)
+    sides = np.array([side, np.cross(axis, side)])
+    flat = points @ sides.T
+    middle = enclosing_center(flat, rounds)
+    low, high, radius = fit_segment(points @ axis, np.linalg.norm(flat - middle, axis=1), pad)
+    foot = middle @ sides
+    return radius**2 * (high - low + 4.0 / 3.0 * radius), Body(foot + low * axis, foot + high * axis, radius)
 
 
 def from_sphere(radius: float) -> list[Body]:
@@ -104,54 +120,6 @@ def from_box(size: Floats, most: int = 8) -> list[Body]:
     half = 0.5 * np.asarray(size)
     slack = _slack(bodies, lambda p: np.linalg.norm(np.maximum(np.abs(p) - half, 0.0), axis=1))
     return [Body(body.a, body.b, body.radius, f"box, slack {slack:.4f} m") for body in bodies]
-
-
-def from_triangles(vertices: Floats, faces: NDArray[np.int64], most: int = 4) -> list[Body]:
-    """Capsules round slices of a mesh along its longest axis; one more slice only if it saves a sixth of the volume."""
-    used = vertices[np.unique(faces)]
-    axis = np.linalg.svd(used - used.mean(axis=0), full_matrices=False)[2][0]
-    heights = used @ axis
-    best: list[Body] = []
-    best_volume = np.inf
-    for count in range(1, most + 1):
-        cuts = np.linspace(heights.min(), heights.max(), count + 1)
-        slices = [_slice(vertices, faces, axis, cuts[k], cuts[k + 1]) for k in range(count)]
-        bodies = [fit_capsule(points) for points in slices if len(points)]
-        volume = sum(b.radius**2 * (np.linalg.norm(b.b - b.a) + 4.0 / 3.0 * b.radius) for b in bodies)
-        if volume < 0.83 * best_volume:
-            best, best_volume = bodies, volume
-    from scipy.spatial import cKDTree
-
-    tree = cKDTree(_dense(vertices, faces, 0.03 * float(np.ptp(used, axis=0).max())))
-    slack = _slack(best, lambda p: tree.query(p)[0])
-    return [Body(body.a, body.b, body.radius, f"mesh, slack about {slack:.4f} m") for body in best]
-
-
-def _slice(vertices: Floats, faces: NDArray[np.int64], axis: Floats, low: float, high: float) -> Floats:
-    """Vertices of the mesh between two planes, and the points where its edges cross them."""
-    height = vertices @ axis
-    edges = np.unique(np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1), axis=0)
-    used = np.unique(faces)
-    parts = [vertices[used][(height[used] >= low - GRAIN) & (height[used] <= high + GRAIN)]]
-    h0, h1 = height[edges[:, 0]], height[edges[:, 1]]
-    for level in (low, high):
-        cross = (h0 - level) * (h1 - level) < 0
-        w = ((level - h0[cross]) / (h1[cross] - h0[cross]))[:, None]
-        parts.append(vertices[edges[cross, 0]] * (1 - w) + vertices[edges[cross, 1]] * w)
-    return np.concatenate(parts)
-
-
-def _dense(vertices: Floats, faces: NDArray[np.int64], spacing: float) -> Floats:
-    """Points on the triangles, no further apart than about `spacing`."""
-    corners = vertices[faces]
-    longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
-    points = [vertices[np.unique(faces)]]
-    for k in range(1, 17):
-        chosen = corners[np.clip(np.ceil(longest / spacing), 1, 16) == k]
-        i, j = np.array([(i, j) for i in range(k + 1) for j in range(k + 1 - i)]).T / k
-        weights = np.stack([i, j, 1.0 - i - j], axis=1)
-        points.append(np.einsum("wc,fcx->fwx", weights, chosen).reshape(-1, 3))
-    return np.concatenate(points)
 
 
 def _slack(bodies: list[Body], distance: Any) -> float:

@@ -1,0 +1,106 @@
+"""Peers of the harmonic field in plain numpy, written from their papers' formulas: each is f(x) -> velocity among stars.
+
+- navigation: Rimon and Koditschek's function for balls, the direction of -grad: -k grad ln |x - g|^2 + sum grad ln beta_i;
+- modulation: Huber, Billard and Slotine's dynamics modulation, eigenvalues 1 -/+ 1/Gamma about the star's centre, directions
+  averaged with weights 1 / (Gamma_i - 1);
+- cbf: the quadratic programme min |u - u0|^2 with grad b_i . u >= -alpha b_i, b_i = |y| / r_i - 1, by Hildreth's dual ascent.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from horosphere.maps import Star
+
+
+def outline(stars: list[Star], x):
+    """u, |y|, r_i and the gradient of |y| / r_i(u) for every star, stacked."""
+    rows = []
+    for star in stars:
+        y = x - star.center
+        r = np.linalg.norm(y)
+        u = y / r
+        edge, slope = star.radial(u[None])
+        rows.append((u, r, edge[0], u / edge[0] - slope[0] / edge[0] ** 2))
+    return [np.array(column) for column in zip(*rows)]
+
+
+def navigation(goal, stars, k=30.0):
+    centers, radii = np.array([s.center for s in stars]), np.array([s.outer for s in stars])
+
+    def velocity(x):
+        y = x - centers
+        beta = (y**2).sum(1) - radii**2
+        return -2.0 * k * (x - goal) / ((x - goal) ** 2).sum() + (2.0 * y / beta[:, None]).sum(0)
+
+    return velocity
+
+
+def modulation(goal, stars):
+    def velocity(x):
+        f = goal - x
+        size = np.linalg.norm(f)
+        f0 = f / max(size, 1e-12)
+        u, r, edge, normal = outline(stars, x)
+        gamma = np.maximum(r / edge, 1.0 + 1e-9)
+        weight = 1.0 / (gamma - 1.0)
+        weight /= weight.sum()
+        turn, speed = np.zeros_like(x), 0.0
+        for i in range(len(stars)):
+            along = (f @ normal[i]) / (u[i] @ normal[i])
+            across = f - along * u[i]
+            radial = 1.0 - 1.0 / gamma[i] if along < 0.0 else 1.0
+            v = radial * along * u[i] + (1.0 + 1.0 / gamma[i]) * across
+            length = np.linalg.norm(v)
+            speed += weight[i] * length
+            c = np.clip(v @ f0 / max(length, 1e-300), -1.0, 1.0)
+            side = v / max(length, 1e-300) - c * f0
+            norm = np.linalg.norm(side)
+            if norm > 1e-12:
+                turn += weight[i] * np.arccos(c) * side / norm
+        angle = np.linalg.norm(turn)
+        return speed * (f0 if angle < 1e-14 else np.cos(angle) * f0 + np.sin(angle) * turn / angle)
+
+    return velocity
+
+
+def cbf(goal, stars, alpha=1.0):
+    def velocity(x):
+        f = goal - x
+        u = f / max(np.linalg.norm(f), 1e-12)
+        _, r, edge, normal = outline(stars, x)
+        size = np.linalg.norm(normal, axis=1)
+        n, bound = normal / size[:, None], -alpha * (r / edge - 1.0) / size
+        dual = np.zeros(len(stars))
+        for _ in range(500):
+            change = 0.0
+            for i in range(len(stars)):
+                step = max(-dual[i], bound[i] - u @ n[i])
+                dual[i] += step
+                u = u + step * n[i]
+                change = max(change, abs(step))
+            if change < 1e-9:
+                break
+        return u
+
+    return velocity
+
+
+def simulate(velocity, start, goal, stars, step=0.01, most=6000, unit=True):
+    """Explicit steps of the normalised velocity; (reached, touched, length, clearance, evaluations)."""
+    x, length, least = start.copy(), 0.0, np.inf
+    for k in range(most):
+        away = np.linalg.norm(x - goal)
+        if away <= step:
+            return True, least < 0.0, length + away, least, k
+        v = velocity(x)
+        size = np.linalg.norm(v)
+        if size < 1e-9:
+            return False, least < 0.0, length, least, k
+        s = min(step, away) * (1.0 if unit else min(size, 1.0))
+        x = x + s * v / size
+        length += s
+        least = min(least, min(float(star.distance(x[None])[0]) for star in stars))
+        if least < -0.02:
+            return False, True, length, least, k
+    return False, least < 0.0, length, least, most

@@ -1,0 +1,235 @@
+"""Harmonic fields: speed, random worlds, peers, tracking.
+
+python benchmarks/fields.py speed
+python benchmarks/fields.py worlds [N]          N worlds a family (1000), every sampling period from 0.01 to 1 in turn
+python benchmarks/fields.py peers [N]           N worlds a family (50) for ours and the plain-numpy references
+python benchmarks/fields.py tracking [N]        N worlds (60), periods 1, 5, 20, 50 ms, |u| <= 4, disturbance 0.3
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections import Counter
+
+import numpy as np
+from _field_peers import cbf, modulation, navigation, simulate
+from _harness import heading
+
+from horosphere import control
+from horosphere.fields import HarmonicField, random_world
+from horosphere.fields import _kernels as kernels
+from horosphere.fields._random_worlds import FAMILIES, as_stars
+
+PERIODS = (0.01, 0.03, 0.1, 0.3, 1.0)
+
+
+def best(f, repeats=7):
+    f()
+    times = []
+    for _ in range(repeats):
+        t = time.perf_counter()
+        f()
+        times.append(time.perf_counter() - t)
+    return min(times)
+
+
+def numpy_batch(points, goal, centers, radii, charges, boundary):
+    """The same field in vectorised numpy, as a user would write it (nearby pairs by a mask)."""
+    y = points[:, None] - centers
+    r = np.linalg.norm(y, axis=-1)
+    d = r - radii
+    out = np.empty_like(points)
+    away = goal - points
+    r2 = (away**2).sum(-1)
+    least = d.min(1)
+    w = np.zeros_like(d)
+    near = d < least[:, None] + 2 * boundary
+    single = near.sum(1) == 1
+    w[single] = near[single]
+    for k in np.flatnonzero(~single):
+        i = np.flatnonzero(near[k])
+        gap = np.linalg.norm(centers[i][:, None] - centers[i], axis=-1) - radii[i][:, None] - radii[i]
+        t = np.clip(
+            0.5 + 0.5 * (d[k, i][None] - d[k, i][:, None]) / np.minimum(boundary, np.where(gap > 0, gap, 1.0)), 0, 1
+        )
+        h = t**3 * (10 + t * (6 * t - 15))
+        np.fill_diagonal(h, 1.0)
+        v = h.prod(1)
+        w[k, i] = v / v.sum()
+    out = away + ((w * charges * r2[:, None] / r**2)[..., None] * y).sum(1)
+    return out / np.linalg.norm(out, axis=-1, keepdims=True)
+
+
+def scatter(count, seed=0):
+    rng = np.random.default_rng(seed)
+    side = 2.2 * count ** (1 / 3)
+    centers, radii = [], []
+    while len(centers) < count:
+        c, r = rng.uniform(0, side, 3), rng.uniform(0.2, 0.6)
+        if not centers or (np.linalg.norm(np.array(centers) - c, axis=1) - radii - r).min() > 0.03:
+            centers.append(c)
+            radii.append(r)
+    return np.full(3, side + 1.0), np.array(centers), np.array(radii), side
+
+
+def speed():
+    print(
+        "| balls in R^3 | one evaluation inside compiled code, us | indexed, us | numpy batch, us a point | ratio | call from Python, us |"
+    )
+    print("|---|---|---|---|---|---|")
+    for count in (10, 100, 1000, 10_000):
+        goal, centers, radii, side = scatter(count) if count <= 1000 else lattice(count)
+        field = HarmonicField(goal, (centers, radii), boundary=0.2)
+        x = np.random.default_rng(1).uniform(0, side, (10_000, 3))
+        ours = best(lambda: field.world.scaled(x)) / len(x) * 1e6
+        fast = field.indexed()
+        index = best(lambda: fast.world.scaled(x)) / len(x) * 1e6
+        plain, ratio = "", ""
+        if count <= 1000:
+            part = x[: 10_000 if count <= 100 else 1000]
+            plain_us = (
+                best(lambda: numpy_batch(part, goal, centers, radii, field.world.charges, 0.2), 3) / len(part) * 1e6
+            )
+            np.testing.assert_allclose(
+                numpy_batch(part, goal, centers, radii, field.world.charges, 0.2), field(part), atol=1e-9
+            )
+            plain, ratio = f"{plain_us:.1f}", f"{plain_us / ours:.0f}x"
+        one = x[:1].copy()
+        call = best(lambda: [field(one[0]) for _ in range(100)]) / 100 * 1e6
+        print(f"| {count} | {ours:.2f} | {index:.2f} | {plain} | {ratio} | {call:.1f} |", flush=True)
+    world = random_world("balls", 1)
+    field = HarmonicField(world.goal, world.obstacles)
+    step = np.linalg.norm(world.goal - world.start) / 470
+    path = field.trace(world.start, step=step)
+    print(
+        f"\ntrace of {len(path.points)} points among 60 balls: {best(lambda: field.trace(world.start, step=step)) * 1e3:.2f} ms"
+    )
+    print(f"its field built in {best(lambda: HarmonicField(world.goal, world.obstacles)) * 1e3:.2f} ms")
+    assert kernels.REACHED == 0
+
+
+def lattice(count):
+    side = round(count ** (1 / 3))
+    rng = np.random.default_rng(0)
+    grid = 1.6 * np.stack(np.meshgrid(*[np.arange(side + 1.0)] * 3), axis=-1).reshape(-1, 3)[:count]
+    return np.full(3, -2.0), grid + rng.uniform(-0.3, 0.3, grid.shape), rng.uniform(0.2, 0.45, count), 1.6 * side
+
+
+def worlds(count):
+    print(
+        "| family | worlds | reached | touched | moved away | not certified | least clearance, m | path / straight | build, ms | trace, ms |"
+    )
+    print("|---|---|---|---|---|---|---|---|---|---|")
+    for family in FAMILIES:
+        tally, least, ratios, built, traced = Counter(), np.inf, [], 0.0, 0.0
+        for seed in range(count):
+            world = random_world(family, seed)
+            t0 = time.perf_counter()
+            field = HarmonicField(world.goal, world.obstacles)
+            t1 = time.perf_counter()
+            path = field.trace(world.start, step=PERIODS[seed % 5])
+            t2 = time.perf_counter()
+            built, traced = built + t1 - t0, traced + t2 - t1
+            away = np.linalg.norm(field.chart.to_balls(path.points) - field.world.goal, axis=1)
+            tally["reached"] += path.reached
+            tally["away"] += bool(np.diff(away).max() > 1e-9)
+            tally["open"] += not field.certificate().granted
+            dense = np.concatenate(
+                [path.points[:-1] + t * np.diff(path.points, axis=0) for t in (0.0, 0.25, 0.5, 0.75)]
+            )
+            if isinstance(world.obstacles, tuple):
+                level = min(np.linalg.norm(dense - c, axis=1).min() - r for c, r in zip(*world.obstacles))
+            else:
+                level = min(star.level(dense).min() for star in world.obstacles)
+            tally["touched"] += bool(level < 0.0)
+            least = min(least, path.clearance)
+            ratios.append(path.length / np.linalg.norm(world.start - world.goal))
+        print(
+            f"| {family} | {count} | {tally['reached']} | {tally['touched']} | {tally['away']} | {tally['open']} | {least:.2g} | "
+            f"{np.mean(ratios):.3f} | {built / count * 1e3:.1f} | {traced / count * 1e3:.1f} |",
+            flush=True,
+        )
+
+
+def peers(count):
+    print("| family | method | reached | touched | path / straight | median clearance, m | us an evaluation |")
+    print("|---|---|---|---|---|---|---|")
+    for family in ("discs", "balls", "flat-ellipses", "lobed-stars", "plates"):
+        methods = {"ours": None, "modulation": modulation, "cbf": cbf}
+        if family in ("discs", "balls"):
+            methods["navigation"] = navigation
+        for name, make in methods.items():
+            reached, touched, ratios, clear, evaluations, spent = 0, 0, [], [], 0, 0.0
+            for seed in range(count):
+                world = random_world(family, seed)
+                stars = as_stars(world)
+                straight = np.linalg.norm(world.start - world.goal)
+                if make is None:
+                    field = HarmonicField(world.goal, world.obstacles)
+                    path = field.trace(world.start, step=0.03)
+                    least = min(float(star.distance(path.points).min()) for star in stars)
+                    ok, hit, length = path.reached, least < 0.0, path.length
+                    t = time.perf_counter()
+                    field(path.points)
+                    spent, evaluations = spent + time.perf_counter() - t, evaluations + len(path.points)
+                else:
+                    f = make(world.goal, stars)
+                    ok, hit, length, least, used = simulate(f, world.start, world.goal, stars, unit=name != "cbf")
+                    t = time.perf_counter()
+                    for _ in range(20):
+                        f(world.start)
+                    spent, evaluations = spent + time.perf_counter() - t, evaluations + 20
+                reached, touched = reached + (ok and not hit), touched + hit
+                if ok and not hit:
+                    ratios.append(length / straight)
+                    clear.append(least)
+            print(
+                f"| {family} | {name} | {reached}/{count} | {touched} | {np.mean(ratios or [np.nan]):.3f} | {np.median(clear or [np.nan]):.2g} | {spent / evaluations * 1e6:.1f} |",
+                flush=True,
+            )
+
+
+def tracking(count):
+    print("| law | period, ms | worlds | reached | collisions | least clearance, m | rms of s, mm/s | TV(u), m/s^3 |")
+    print("|---|---|---|---|---|---|---|---|")
+    for law in ("implicit-unit-vector", "explicit", "boundary-layer", "super-twisting"):
+        for period in (0.05, 0.02, 0.005, 0.001):
+            rows = []
+            for seed in range(count if law.startswith("implicit") or period > 0.002 else max(count // 6, 1)):
+                world = random_world("discs", seed)
+                centers, radii = world.obstacles
+                apart = (
+                    np.linalg.norm(centers[:, None] - centers, axis=-1)
+                    - radii[:, None]
+                    - radii
+                    + 1e9 * np.eye(len(radii))
+                )
+                ends = [0.5 * (np.linalg.norm(centers - p, axis=1) - radii).min() for p in (world.start, world.goal)]
+                field = HarmonicField(world.goal, world.obstacles, margin=min(0.05, 0.4 * apart.min(), *ends))
+                run = control.track(
+                    field,
+                    world.start,
+                    world.goal,
+                    period=period,
+                    law=law,
+                    disturbance=0.3,
+                    clearance=lambda x, c=centers, r=radii: (np.linalg.norm(x[:, None] - c, axis=2) - r).min(1),
+                )
+                rows.append(
+                    (run.reached, run.clearance < 0.0, run.clearance, run.rms_error(1.0), run.total_variation())
+                )
+            table = np.array(rows, float)
+            print(
+                f"| {law} | {period * 1e3:g} | {len(rows)} | {int(table[:, 0].sum())} | {int(table[:, 1].sum())} | {table[:, 2].min():.3f} | "
+                f"{table[:, 3].mean() * 1e3:.0f} | {table[:, 4].mean():.1f} |",
+                flush=True,
+            )
+
+
+if __name__ == "__main__":
+    heading("scipy")
+    what = sys.argv[1] if len(sys.argv) > 1 else "speed"
+    count = [int(a) for a in sys.argv[2:3]]
+    {"speed": lambda: speed(), "worlds": lambda: worlds(*(count or [1000])), "peers": lambda: peers(*(count or [50])),
+     "tracking": lambda: tracking(*(count or [60]))}[what]()  # fmt: skip

@@ -1,0 +1,5 @@
+"""`python -m horosphere`."""
+
+from .cli import main
+
+main()

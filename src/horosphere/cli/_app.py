@@ -1,0 +1,70 @@
+"""The command `horosphere` and its exit codes."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+
+from cyclopts import App, CycloptsError, Parameter
+
+from . import _output as out
+from ._check import check
+from ._field import field
+from ._plan import plan
+from ._robot import robot
+from ._scenes import scenes
+from ._show import show
+from ._snake import app as snake
+from ._warmup import warmup
+
+
+def _version() -> str:
+    from importlib.metadata import version
+
+    return version("horosphere")
+
+
+def build() -> App:
+    """The application with all its commands."""
+    app = App(
+        name="horosphere",
+        help="Robot motion in conformal geometric algebra: from a scene to a certified motion.\n\n"
+        "Example: `horosphere plan humanoid-reach`",
+        version=_version,
+        help_format="markdown",
+        result_action="return_value",
+        suppress_keyboard_interrupt=False,
+        default_parameter=Parameter(negative=(), show_default=False),
+    )
+    for command in (plan, check, show, field, robot, scenes, warmup):
+        app.command(command)
+    app.command(snake)
+    return app
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Runs one command; returns its exit code: 0 done, 1 not solved or not certified, 2 bad input, 130 interrupted."""
+    from ..errors import HorosphereError
+
+    words = list(sys.argv[1:] if arguments is None else arguments)
+    as_json = "--json" in words
+    try:
+        result = build()(words, exit_on_error=False, print_error=False)
+        sys.stdout.flush()
+    except CycloptsError as error:
+        out.print_error(_Usage(str(error).strip()), as_json)
+        return out.BAD_INPUT
+    except HorosphereError as error:
+        out.print_error(error, as_json)
+        return out.BAD_INPUT
+    except KeyboardInterrupt:
+        out.console(stderr=True).print("interrupted; no file was left half written")
+        return out.INTERRUPTED
+    except BrokenPipeError:  # the reader went away: horosphere scenes | head -1
+        sys.stderr.close()
+        return out.DONE
+    return result if isinstance(result, int) else out.DONE
+
+
+class _Usage(Exception):
+    """A word on the command line that is not understood."""

@@ -1,0 +1,188 @@
+"""`horosphere plan`: from a scene to a certified motion, with its files."""
+
+from __future__ import annotations
+
+import dataclasses
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from cyclopts import Parameter
+
+from . import _output as out
+
+WRITTEN = ("trajectory.npz", "trajectory.csv", "certificate.json", "report.html")
+
+
+def plan(
+    scene: str,
+    /,
+    *,
+    out_folder: Annotated[Path | None, Parameter(name="--out")] = None,
+    save: tuple[Path, ...] = (),
+    clearance: float | None = None,
+    method: Literal["auto", "field", "tree"] | None = None,
+    path_step: float | None = None,
+    time_limit: float | None = None,
+    seed: int | None = None,
+    report: Annotated[bool, Parameter(negative="--no-report")] = True,
+    json: bool = False,
+) -> int:
+    """Moves the robot of a scene from start to goal without collision, proves it, and writes what came out.
+
+    Example: `horosphere plan humanoid-reach`
+
+    Writes trajectory.npz, trajectory.csv, certificate.json and report.html. Exit code 0: solved and certified,
+    1: not solved (the reason is printed), 2: bad input.
+
+    Parameters
+    ----------
+    scene
+        A scene file (YAML), or the name of a built-in scene (see `horosphere scenes`).
+    out_folder
+        Folder for the results; out/NAME by default.
+    save
+        One more file for the trajectory; .npz, .csv or .mcap (ROS 2, opens in Foxglove). May be given several times.
+    clearance
+        Metres to keep between robot and obstacles, instead of the scene's.
+    method
+        auto, field (no tree search) or tree.
+    path_step
+        Metres between points of the tool path.
+    time_limit
+        Seconds.
+    seed
+        Of the random numbers.
+    report
+        Write report.html (needs the extra `view`).
+    json
+        Print the result as JSON.
+    """
+    from ..io import output_folder
+    from ..scenes import Scene
+
+    with out.working("reading the scene"):
+        problem = Scene.load(scene)
+    folder = output_folder(out_folder if out_folder is not None else Path("out") / problem.name)
+    for path in save:
+        _check_ending(path)
+        output_folder(path.parent)
+    asked = {"clearance": clearance, "method": method, "path_step": path_step, "time_limit": time_limit, "seed": seed}
+    options = checked_options({name: value for name, value in asked.items() if value is not None})
+    with out.working("planning") as progress:
+        from ..planning import plan as run
+
+        out.announce_compiling(progress)
+        result = run(problem, **options)
+        problem = getattr(result, "scene", problem)
+        progress.update("drawing the report")
+        files, summary, data = results(problem, result, report)
+        progress.update("writing")
+        names = write_all(folder, files, result.trajectory, save)
+    data["files"] = names
+    if json:
+        out.print_json(data)
+    else:
+        out.print_verdict(summary.verdict, summary.good)
+        out.print_rows([*summary.rows, ("Files", ", ".join(names))])
+        out.print_notes(data["hints"])
+        out.print_notes(summary.notes)
+    return out.DONE if summary.good else out.FAILED
+
+
+def checked_options(given: dict[str, Any]) -> dict[str, Any]:
+    """Options of the command line under the same rules as those of a scene file."""
+    import pydantic
+
+    from ..errors import InputError
+    from ..scenes._schema import OptionFields
+
+    try:
+        OptionFields.model_validate(given)
+    except pydantic.ValidationError as error:
+        first = error.errors()[0]
+        name = str(first["loc"][0]).replace("_", "-")
+        message = f"{first['msg'][0].lower() + first['msg'][1:]}, got {first['input']!r}"
+        raise InputError(message, place=f"--{name}") from None
+    return given
+
+
+def _check_ending(path: Path) -> None:
+    from ..errors import InputError
+    from ..io import TRAJECTORY_ENDINGS
+
+    if path.suffix.lower() not in TRAJECTORY_ENDINGS:
+        raise InputError(
+            f"no trajectory format has the ending {path.suffix!r}", place=str(path), choices=TRAJECTORY_ENDINGS
+        )
+
+
+def results(scene: Any, result: Any, report: bool) -> tuple[dict[str, Any], Any, dict[str, Any]]:
+    """Contents of the files by name, the summary, and what `--json` prints."""
+    from ..io import to_json
+    from ..viewer import goal_error, has_viser, measure, report_html, summarise
+
+    trajectory = result.trajectory
+    facts = {
+        "certificate": result.certificate,
+        "solved": result.solved,
+        "reason": result.reason,
+        "solved_by": result.solved_by,
+        "timings": result.timings,
+        "notes": tuple(result.notes),
+    }
+    measures = None if trajectory is None else measure(scene, trajectory)
+    summary = summarise(scene, trajectory, measures, **facts)
+    data = {
+        "scene": scene.name,
+        "source": scene.source,
+        "solved": bool(result.solved),
+        "verdict": summary.verdict,
+        "reason": result.reason,
+        "solved_by": result.solved_by,
+        "clearance_required": scene.options.clearance,
+        "goal_error": goal_error(measures),
+        "max_step": None if trajectory is None else trajectory.max_step,
+        "duration": None if trajectory is None else trajectory.duration,
+        "timings": result.timings,
+        "certificate": certificate_data(result.certificate),
+        "robot": getattr(scene.robot, "name", ""),
+        "collision_model": dict(summary.rows)["Collision model"],
+        "options": dataclasses.asdict(scene.options),
+        "notes": list(summary.notes),
+    }
+    files: dict[str, Any] = {"certificate.json": to_json(data) + "\n"}
+    hints = []
+    if report and not has_viser():
+        hints.append("no report: it needs the extra `view` (pip install 'horosphere[view]')")
+    elif report:
+        files["report.html"] = report_html(scene, trajectory, path=result.path, **facts)
+    return files, summary, {**data, "hints": hints}
+
+
+def certificate_data(certificate: Any) -> Any:
+    """A certificate as plain values."""
+    from ..io import plain
+
+    return plain(certificate.as_dict() if hasattr(certificate, "as_dict") else certificate)
+
+
+def write_all(folder: Path, files: dict[str, Any], trajectory: Any, more: tuple[Path, ...] = ()) -> list[str]:
+    """Writes every file under a temporary name and renames it; results of an earlier run that no longer hold go away."""
+    from ..io import save_trajectory, writing
+
+    written = []
+    for name in WRITTEN:
+        path = folder / name
+        if name.startswith("trajectory") and trajectory is not None:
+            save_trajectory(trajectory, path)
+        elif name in files:
+            with writing(path) as file:
+                file.write(files[name])
+        else:
+            path.unlink(missing_ok=True)
+            continue
+        written.append(str(path))
+    for path in more:
+        if trajectory is not None:
+            written.append(str(save_trajectory(trajectory, path)))
+    return written

@@ -1,0 +1,531 @@
+"""One period of the live loop for an arm: compiled code. docs/live-loop.md has the law, the guarantee and its proof.
+
+The robot comes as in `horosphere.distance._body_kernels`, its capsules sorted by frame:
+  F (k, 2) int64: first capsule of each frame and one past the last      B (k, 4): a ball in the frame that holds them
+  G (g, 5) int64: self-collision groups: two frames, the frame both hang from, first pair and one past the last
+  P (p, 2) int64: pairs of capsules      S, V: solids (rows of shapes.pack) and how fast each may move, m/s
+  M (5, n): lower, upper, velocity, acceleration limits, weights of the projection
+  par: see the indices below      goal: kind (0 joints, 1 pose, 2 point), then q, or rotation by rows and position, or position
+A stop: the velocity u for one period, then (1 - i beta h) u in period i, beta = min a_j / |u_j|: the joints run straight, over
+S u in the time T.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ..distance._body_kernels import add_slope, inner, place, self_distance
+from ..distance._pair_kernels import segment_distance
+from ..kernels import jit
+
+PERIOD, MARGIN, OWN_MARGIN, RATE, GAIN, TIP, SPEED, TURN, POSTURE, SWEEPS, TOLERANCE, ANGLE = range(12)
+MOVING, ARRIVED, BLOCKED, RETREATING, STOPPING, STOPPED = range(6)
+HALF_SPACE = 3.0
+TINY = 1e-12
+SLIDE = 2e-4  # m
+
+
+@inner
+def stopping(u, M, h):
+    """(S, T): how far along u, and how long, until rest from the velocity u."""
+    beta = np.inf
+    for c in range(u.shape[0]):
+        if u[c] != 0.0:
+            beta = min(beta, M[3, c] / abs(u[c]))
+    if beta * h >= 1.0:
+        return h, h
+    count = math.floor(1.0 / (beta * h))
+    return h * (1.0 + count - 0.5 * beta * h * count * (count + 1.0)), h * (count + 1.0)
+
+
+@inner
+def closing_speed(room, brake, rate):
+    """The fastest approach from a distance `room` that brakes by no more than `brake`, at last as rate * room; it joins smoothly."""
+    if room * rate * rate <= brake:
+        return rate * room
+    return math.sqrt(2.0 * brake * (room - 0.5 * brake / (rate * rate)))
+
+
+@inner
+def lookout(speed, pull, rate):
+    """Metres within which bodies that close at up to `speed` are taken into account; `pull`: the largest acceleration."""
+    return speed / rate + speed * speed / max(0.5 * pull, 0.1)
+
+
+@inner
+def twists(J, C, T, u, W):
+    """W (k, 6): of every frame the angular velocity, and the velocity of its point at the world's origin, for joint rates u."""
+    for k in range(J.shape[0]):
+        parent = J[k, 0]
+        for r in range(6):
+            W[k, r] = W[parent, r] if parent >= 0 else 0.0
+        if J[k, 1] > 0:
+            rate = C[k, 12] * u[J[k, 2]]
+            zx, zy, zz = rate * T[k, 2], rate * T[k, 5], rate * T[k, 8]
+            if J[k, 1] == 1:
+                px, py, pz = T[k, 9], T[k, 10], T[k, 11]
+                W[k, 0] += zx
+                W[k, 1] += zy
+                W[k, 2] += zz
+                zx, zy, zz = py * zz - pz * zy, pz * zx - px * zz, px * zy - py * zx
+            W[k, 3] += zx
+            W[k, 4] += zy
+            W[k, 5] += zz
+
+
+@inner
+def along(W, k, stop, x, y, z, nx, ny, nz):
+    """n . velocity of the point x of frame k, seen from frame `stop`."""
+    wx, wy, wz = W[k, 0] - W[stop, 0], W[k, 1] - W[stop, 1], W[k, 2] - W[stop, 2]
+    vx = W[k, 3] - W[stop, 3] + wy * z - wz * y
+    vy = W[k, 4] - W[stop, 4] + wz * x - wx * z
+    vz = W[k, 5] - W[stop, 5] + wx * y - wy * x
+    return nx * vx + ny * vy + nz * vz
+
+
+@inner
+def motion(J, C, T, k, stop, x, y, z, radius, u, S):
+    """Bounds for a point within `radius` of x on frame k while q runs over S u, seen from frame `stop`.
+
+    (speed, bend): |dx/ds| <= speed, and |d2x/ds2| <= bend. From the tip down: rho bounds the distance to an axis on the way;
+    |d2x / dq_j dq_k| <= rho of the joint nearer to the tip.
+    """
+    speed, bend = 0.0, 0.0
+    while k != stop and k > 0:
+        rate = abs(C[k, 12] * u[J[k, 2]])
+        if rate > 0.0:
+            if J[k, 1] == 1:
+                zx, zy, zz = T[k, 2], T[k, 5], T[k, 8]
+                px, py, pz = x - T[k, 9], y - T[k, 10], z - T[k, 11]
+                cx, cy, cz = py * zz - pz * zy, pz * zx - px * zz, px * zy - py * zx
+                rho = math.sqrt(cx * cx + cy * cy + cz * cz) + radius + S * speed
+                bend += rate * (rate * rho + 2.0 * speed)
+                speed += rate * rho
+            else:
+                speed += rate
+        k = J[k, 0]
+    return speed, bend
+
+
+@inner
+def look(J, C, L, F, B, K, S, V, G, P, T, X, M, par, top, reach, stop_time, N, I, A, b, seen):
+    """Pairs that matter this period: N (c, 8) = distance, witness, direction, speed; I (c, 5) = capsule, other, what, stop, frame of the other.
+
+    A pair is left out if no velocity |u| <= top can make it matter; A, b: the rows a . u >= b, the nearest capsule of every
+    frame and solid (every two frames). Returns (pairs, rows); seen: the least distance to a solid, capsule, solid, and of the
+    robot's own pairs, capsule, pair.
+    """
+    rate, count, rows = par[RATE], 0, 0
+    seen[0], seen[1], seen[2], seen[3], seen[4], seen[5] = np.inf, -1.0, -1.0, np.inf, -1.0, -1.0
+    for k in range(1, J.shape[0]):
+        if F[k, 1] > F[k, 0]:
+            cx = T[k, 9] + T[k, 0] * B[k, 0] + T[k, 1] * B[k, 1] + T[k, 2] * B[k, 2]
+            cy = T[k, 10] + T[k, 3] * B[k, 0] + T[k, 4] * B[k, 1] + T[k, 5] * B[k, 2]
+            cz = T[k, 11] + T[k, 6] * B[k, 0] + T[k, 7] * B[k, 1] + T[k, 8] * B[k, 2]
+            fast = motion(J, C, T, k, 0, cx, cy, cz, B[k, 3], top, reach)[0]
+            pull = motion(J, C, T, k, 0, cx, cy, cz, B[k, 3], M[3], 0.0)[0]
+            for j in range(S.shape[0]):
+                need = par[MARGIN] + SLIDE + max(fast * reach + V[j] * stop_time, lookout(fast + V[j], pull, rate))
+                if S[j, 0] == HALF_SPACE:
+                    rough = S[j, 6] * cx + S[j, 7] * cy + S[j, 8] * cz - S[j, 9] - B[k, 3]
+                else:
+                    x, y, z = cx - S[j, 1], cy - S[j, 2], cz - S[j, 3]
+                    rough = math.sqrt(x * x + y * y + z * z) - S[j, 4] - B[k, 3]
+                if rough >= need and rough >= seen[0]:
+                    continue
+                nearest, best = np.inf, -1
+                for i in range(F[k, 0], F[k, 1]):
+                    if S[j, 0] != HALF_SPACE:
+                        x = X[i, 0] + 0.5 * X[i, 3] - S[j, 1]
+                        y = X[i, 1] + 0.5 * X[i, 4] - S[j, 2]
+                        z = X[i, 2] + 0.5 * X[i, 5] - S[j, 3]
+                        rough = math.sqrt(x * x + y * y + z * z) - S[j, 4] - K[i, 7]
+                        if rough >= need and rough >= seen[0]:
+                            continue
+                    d, t, nx, ny, nz = segment_distance(S, j, X[i, 0], X[i, 1], X[i, 2], X[i, 3], X[i, 4], X[i, 5])
+                    d -= K[i, 6]
+                    if d < seen[0]:
+                        seen[0], seen[1], seen[2] = d, i, j
+                    if d < need:
+                        if count == N.shape[0]:
+                            return -1, rows
+                        keep(N, I, count, d, X, i, t, nx, ny, nz, V[j], -1, j, 0, 0)
+                        if d < nearest:
+                            nearest, best = d, count
+                        count += 1
+                if best >= 0 and rows < A.shape[0]:
+                    add_row(J, C, T, X, K, N, I, best, k, par[MARGIN], A, b, rows)
+                    rows += 1
+    for g in range(G.shape[0]):
+        ka, kb, stop = G[g, 0], G[g, 1], G[g, 2]
+        ax = T[ka, 9] + T[ka, 0] * B[ka, 0] + T[ka, 1] * B[ka, 1] + T[ka, 2] * B[ka, 2]
+        ay = T[ka, 10] + T[ka, 3] * B[ka, 0] + T[ka, 4] * B[ka, 1] + T[ka, 5] * B[ka, 2]
+        az = T[ka, 11] + T[ka, 6] * B[ka, 0] + T[ka, 7] * B[ka, 1] + T[ka, 8] * B[ka, 2]
+        cx = T[kb, 9] + T[kb, 0] * B[kb, 0] + T[kb, 1] * B[kb, 1] + T[kb, 2] * B[kb, 2]
+        cy = T[kb, 10] + T[kb, 3] * B[kb, 0] + T[kb, 4] * B[kb, 1] + T[kb, 5] * B[kb, 2]
+        cz = T[kb, 11] + T[kb, 6] * B[kb, 0] + T[kb, 7] * B[kb, 1] + T[kb, 8] * B[kb, 2]
+        fast = motion(J, C, T, ka, stop, ax, ay, az, B[ka, 3], top, reach)[0]
+        fast += motion(J, C, T, kb, stop, cx, cy, cz, B[kb, 3], top, reach)[0]
+        pull = motion(J, C, T, ka, stop, ax, ay, az, B[ka, 3], M[3], 0.0)[0]
+        pull += motion(J, C, T, kb, stop, cx, cy, cz, B[kb, 3], M[3], 0.0)[0]
+        need = par[OWN_MARGIN] + SLIDE + max(fast * reach, lookout(fast, pull, rate))
+        x, y, z = ax - cx, ay - cy, az - cz
+        rough = math.sqrt(x * x + y * y + z * z) - B[ka, 3] - B[kb, 3]
+        if rough >= need and rough >= seen[3]:
+            continue
+        nearest, best = np.inf, -1
+        for p in range(G[g, 3], G[g, 4]):
+            i, j = P[p, 0], P[p, 1]
+            x = X[i, 0] + 0.5 * X[i, 3] - X[j, 0] - 0.5 * X[j, 3]
+            y = X[i, 1] + 0.5 * X[i, 4] - X[j, 1] - 0.5 * X[j, 4]
+            z = X[i, 2] + 0.5 * X[i, 5] - X[j, 2] - 0.5 * X[j, 5]
+            room = max(need, seen[3]) + K[i, 7] + K[j, 7]
+            if x * x + y * y + z * z >= room * room:
+                continue
+            d, t, nx, ny, nz = self_distance(K, X, i, j)
+            if d < seen[3]:
+                seen[3], seen[4], seen[5] = d, i, p
+            if d < need:
+                if count == N.shape[0]:
+                    return -1, rows
+                keep(N, I, count, d, X, i, t, nx, ny, nz, 0.0, j, p, stop, L[j])
+                if d < nearest:
+                    nearest, best = d, count
+                count += 1
+        if best >= 0 and rows < A.shape[0]:
+            add_row(J, C, T, X, K, N, I, best, ka, par[OWN_MARGIN], A, b, rows)
+            rows += 1
+    return count, rows
+
+
+@inner
+def keep(N, I, at, d, X, i, t, nx, ny, nz, speed, other, what, stop, frame):
+    N[at, 0], N[at, 4], N[at, 5], N[at, 6], N[at, 7] = d, nx, ny, nz, speed
+    for r in range(3):
+        N[at, 1 + r] = X[i, r] + t * X[i, 3 + r]
+    I[at, 0], I[at, 1], I[at, 2], I[at, 3], I[at, 4] = i, other, what, stop, frame
+
+
+@inner
+def add_row(J, C, T, X, K, N, I, pair, k, margin, A, b, row):
+    """a . u: the rate of the pair's distance; b (rows, 3): how far it is from the margin, speed, pair."""
+    a = A[row]
+    for c in range(a.shape[0]):
+        a[c] = 0.0
+    d, x, y, z = N[pair, 0], N[pair, 1], N[pair, 2], N[pair, 3]
+    nx, ny, nz, i, j = N[pair, 4], N[pair, 5], N[pair, 6], I[pair, 0], I[pair, 1]
+    add_slope(J, C, T, k, x, y, z, nx, ny, nz, a)
+    if j >= 0:
+        d += K[i, 6] + K[j, 6]
+        add_slope(J, C, T, I[pair, 4], x - d * nx, y - d * ny, z - d * nz, -nx, -ny, -nz, a)
+    b[row, 0], b[row, 1], b[row, 2] = N[pair, 0] - margin, N[pair, 7], pair
+
+
+@inner
+def project(u, A, b, rows, M, lo, hi, lam, nu, sweeps):
+    """u becomes the nearest velocity (in the weights) with a . u >= b and lo <= u <= hi: Hildreth's sweeps.
+
+    Every row may give way a little at a price (1e-4 of its own stiffness), so that rows which contradict each other or the
+    limits share what is missing; the limits never give way.
+    """
+    n = u.shape[0]
+    for r in range(rows):
+        lam[r] = 0.0
+    for c in range(n):
+        clipped = min(max(u[c], lo[c]), hi[c])
+        nu[c] = clipped - u[c]
+        u[c] = clipped
+    for _ in range(sweeps):
+        change = 0.0
+        for r in range(rows):
+            s, g = 0.0, 0.0
+            for c in range(n):
+                s += A[r, c] * u[c]
+                g += M[4, c] * A[r, c] * A[r, c]
+            if g > TINY:
+                old = lam[r]
+                new = max(0.0, old + (b[r, 2] - s - 1e-4 * g * old) / (1.0001 * g))
+                if new != old:
+                    lam[r] = new
+                    change = max(change, abs(new - old) * g)
+                    for c in range(n):
+                        u[c] += (new - old) * M[4, c] * A[r, c]
+        for c in range(n):
+            free = u[c] - nu[c]
+            clipped = min(max(free, lo[c]), hi[c])
+            change = max(change, abs(clipped - u[c]))
+            nu[c] = clipped - free
+            u[c] = clipped
+        if change < 1e-6:
+            break
+
+
+@inner
+def proved(J, C, L, K, T, X, W, N, I, count, M, par, q, u):
+    """Whether one period of the velocity u and a stop are safe: every pair keeps its margin until rest, or parts.
+
+    In the direction n of a pair the ends of the two capsules move apart by at least g s - K s^2, for s along u: g = n . velocity,
+    K half the bound of the second derivative. It parts if that never falls below 0, and rises during the whole period.
+    """
+    reach, time = stopping(u, M, par[PERIOD])
+    for c in range(u.shape[0]):
+        end = q[c] + reach * u[c]
+        if (u[c] > 0.0 and end > M[1, c] + 1e-9) or (u[c] < 0.0 and end < M[0, c] - 1e-9):
+            return False
+    twists(J, C, T, u, W)
+    still = True
+    for c in range(u.shape[0]):
+        still = still and u[c] == 0.0
+    if still:
+        return True
+    for p in range(count):
+        i, j, stop = I[p, 0], I[p, 1], I[p, 3]
+        d, nx, ny, nz, speed = N[p, 0], N[p, 4], N[p, 5], N[p, 6], N[p, 7]
+        margin = par[MARGIN] if j < 0 else par[OWN_MARGIN]
+        k = L[i]
+        keeps, parts = True, True
+        x0, y0, z0 = N[p, 1], N[p, 2], N[p, 3]
+        ends = 1 if X[i, 3] == 0.0 and X[i, 4] == 0.0 and X[i, 5] == 0.0 else 2
+        others, kj = 1, 0
+        if j >= 0:
+            kj = L[j]
+            others = 1 if X[j, 3] == 0.0 and X[j, 4] == 0.0 and X[j, 5] == 0.0 else 2
+        gap = d + K[i, 6]
+        if j >= 0:
+            gap += K[j, 6]
+        for e in range(ends):
+            x, y, z = X[i, 0] + e * X[i, 3], X[i, 1] + e * X[i, 4], X[i, 2] + e * X[i, 5]
+            ahead = nx * (x - x0) + ny * (y - y0) + nz * (z - z0)
+            rise = along(W, k, stop, x, y, z, nx, ny, nz)
+            bend = 0.5 * motion(J, C, T, k, stop, x, y, z, 0.0, u, reach)[1]
+            for f in range(others):
+                more, rises, bends = ahead, rise, bend
+                if j >= 0:
+                    x, y, z = X[j, 0] + f * X[j, 3], X[j, 1] + f * X[j, 4], X[j, 2] + f * X[j, 5]
+                    # the other witness is x0 - gap n, and its capsule ends lie behind it
+                    more -= nx * (x - x0) + ny * (y - y0) + nz * (z - z0) + gap
+                    rises -= along(W, kj, stop, x, y, z, nx, ny, nz)
+                    bends += 0.5 * motion(J, C, T, kj, stop, x, y, z, 0.0, u, reach)[1]
+                least = d + more + min(0.0, (rises - bends * reach) * reach - speed * time)
+                keeps = keeps and least >= margin + 1e-11
+                parts = parts and rises >= bends * max(reach, 2.0 * par[PERIOD])
+        if not (keeps or parts):
+            return False
+    return True
+
+
+@inner
+def wanted(J, C, T, par, goal, posture, tool, q, M, Jt, H, u):
+    """The velocity towards the goal, within the velocity limits; returns the error (m or rad, joint units for joints)."""
+    n, gain, error, angle = q.shape[0], par[GAIN], 0.0, 0.0
+    if goal[0] == 0.0:
+        scale = gain
+        for c in range(n):
+            u[c] = goal[1 + c] - q[c]
+            size = abs(u[c])
+            error = max(error, size)
+            if size > 0.0:
+                scale = min(scale, min(M[2, c], closing_speed(size, 0.8 * M[3, c], gain)) / size)
+        for c in range(n):
+            u[c] *= scale
+        return error, 0.0
+    k = int(par[TIP])
+    rank = 6 if goal[0] == 1.0 else 3
+    x = T[k, 9] + T[k, 0] * tool[9] + T[k, 1] * tool[10] + T[k, 2] * tool[11]
+    y = T[k, 10] + T[k, 3] * tool[9] + T[k, 4] * tool[10] + T[k, 5] * tool[11]
+    z = T[k, 11] + T[k, 6] * tool[9] + T[k, 7] * tool[10] + T[k, 8] * tool[11]
+    first = 10 if rank == 6 else 1
+    v = H[6]
+    v[0], v[1], v[2] = goal[first] - x, goal[first + 1] - y, goal[first + 2] - z
+    error = math.sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2])
+    scale = min(par[SPEED], closing_speed(error, 4.0 * par[SPEED], gain)) / error if error > 0.0 else 0.0
+    for r in range(3):
+        v[r] *= scale
+    if rank == 6:
+        R = H[7:9].reshape(12)[:9]
+        for r in range(3):
+            for c in range(3):  # the tool's rotation now
+                R[3 * r + c] = T[k, 3 * r] * tool[c] + T[k, 3 * r + 1] * tool[3 + c] + T[k, 3 * r + 2] * tool[6 + c]
+        E = H[9:11].reshape(12)[:9]
+        for r in range(3):
+            for c in range(3):
+                E[3 * r + c] = (
+                    goal[1 + 3 * r] * R[3 * c] + goal[2 + 3 * r] * R[3 * c + 1] + goal[3 + 3 * r] * R[3 * c + 2]
+                )
+        wx, wy, wz = 0.5 * (E[7] - E[5]), 0.5 * (E[2] - E[6]), 0.5 * (E[3] - E[1])
+        s, cosine = math.sqrt(wx * wx + wy * wy + wz * wz), 0.5 * (E[0] + E[4] + E[8] - 1.0)
+        angle = math.atan2(s, cosine)
+        if s < 1e-7 and cosine < 0.0:  # half a turn: the axis is the longest column of E + 1
+            best = 0
+            for c in range(1, 3):
+                if E[4 * c] > E[4 * best]:
+                    best = c
+            wx, wy, wz = E[best] + (best == 0), E[3 + best] + (best == 1), E[6 + best] + (best == 2)
+            s = math.sqrt(wx * wx + wy * wy + wz * wz)
+        scale = min(par[TURN], closing_speed(angle, 4.0 * par[TURN], gain)) / s if s > 0.0 else 0.0
+        v[3], v[4], v[5] = scale * wx, scale * wy, scale * wz
+    for r in range(rank):
+        for c in range(n):
+            Jt[r, c] = 0.0
+    while k > 0:
+        c, rate = J[k, 2], C[k, 12]
+        zx, zy, zz = rate * T[k, 2], rate * T[k, 5], rate * T[k, 8]
+        if J[k, 1] == 1:
+            px, py, pz = x - T[k, 9], y - T[k, 10], z - T[k, 11]
+            Jt[0, c] += zy * pz - zz * py
+            Jt[1, c] += zz * px - zx * pz
+            Jt[2, c] += zx * py - zy * px
+            if rank == 6:
+                Jt[3, c] += zx
+                Jt[4, c] += zy
+                Jt[5, c] += zz
+        else:
+            Jt[0, c] += zx
+            Jt[1, c] += zy
+            Jt[2, c] += zz
+        k = J[k, 0]
+    for c in range(n):  # towards the posture; the task takes away its own share of it below
+        pull = par[POSTURE] * (posture[c] - q[c])
+        u[c] = min(max(pull, -0.5 * M[2, c]), 0.5 * M[2, c])
+    for r in range(rank):
+        for c in range(n):
+            v[r] -= Jt[r, c] * u[c]
+    damping = 1e-8
+    for attempt in range(2):
+        least = np.inf
+        for r in range(rank):  # Cholesky of J J^T + damping
+            for c in range(r + 1):
+                s = damping if r == c else 0.0
+                for e in range(n):
+                    s += Jt[r, e] * Jt[c, e]
+                for e in range(c):
+                    s -= H[r, e] * H[c, e]
+                if r == c:
+                    least = min(least, s)
+                    H[r, r] = math.sqrt(max(s, 1e-16))
+                else:
+                    H[r, c] = s / H[c, c]
+        if least > 2.5e-3 or attempt == 1:
+            break
+        damping = 2.5e-3 * (1.0 - max(least, 0.0) / 2.5e-3)  # near a singular posture
+    for r in range(rank):
+        for c in range(r):
+            v[r] -= H[r, c] * v[c]
+        v[r] /= H[r, r]
+    for r in range(rank - 1, -1, -1):
+        for c in range(r + 1, rank):
+            v[r] -= H[c, r] * v[c]
+        v[r] /= H[r, r]
+    scale = 1.0
+    for c in range(n):
+        for r in range(rank):
+            u[c] += Jt[r, c] * v[r]
+        scale = min(scale, M[2, c] / max(abs(u[c]), TINY))
+    for c in range(n):
+        u[c] *= scale
+    return error, angle
+
+
+@jit
+def step_into(J, C, L, K, F, B, S, V, G, P, M, par, goal, posture, tool, q, before, expected, work, I, out):
+    """One period: q (n,), velocity `before` (n,); `expected` (n,) is where q has to be for the stop from `before` to be proved.
+
+    out: u (n,), reason, nearest solid (distance, capsule, solid), nearest own pair (3), proved, errors (2), time to rest, pairs,
+    rows. work: `_reactive_pack.workspace`. Returns False if q is not finite.
+    """
+    T, X, W, N, A, b, H, Jt, U, lam = work
+    n, h = q.shape[0], par[PERIOD]
+    lo, hi, top, u, fallback, nu, base, trial = U[0], U[1], U[2], U[3], U[4], U[5], U[6], U[7]
+    chained = True
+    for c in range(n):
+        if not math.isfinite(q[c]):
+            return False
+        chained = chained and abs(q[c] - expected[c]) <= 1e-9
+    place(J, C, L, K, q, T, X)
+    beta = np.inf
+    for c in range(n):
+        if before[c] != 0.0:
+            beta = min(beta, M[3, c] / abs(before[c]))
+    reach, time = stopping(before, M, h)
+    for c in range(n):
+        fallback[c] = max(0.0, 1.0 - beta * h) * before[c] if beta < np.inf else 0.0
+        least, most = before[c] - M[3, c] * h, before[c] + M[3, c] * h
+        least, most = min(max(least, -M[2, c]), max(most, -M[2, c])), max(min(most, M[2, c]), min(least, M[2, c]))
+        # slower towards the end of its range, as far as its acceleration allows
+        above, below = M[1, c] - q[c], q[c] - M[0, c]
+        fast = min(closing_speed(above, 0.8 * M[3, c], par[RATE]), 0.9 * above / reach)
+        slow = -min(closing_speed(below, 0.8 * M[3, c], par[RATE]), 0.9 * below / reach)
+        hi[c] = min(max(fast, least), most)
+        lo[c] = max(min(slow, most), least)
+        top[c] = max(abs(lo[c]), abs(hi[c]), abs(fallback[c]))
+    longest, latest = stopping(top, M, h)
+    count, rows = look(
+        J, C, L, F, B, K, S, V, G, P, T, X, M, par, top, longest, latest + h, N, I, A, b, out[n + 1 : n + 7]
+    )
+    error, angle = wanted(J, C, T, par, goal, posture, tool, q, M, Jt, H, base)
+    away, patience = False, np.inf
+    for r in range(rows):
+        p, speed = int(b[r, 2]), b[r, 1]
+        i, j, stop = I[p, 0], I[p, 1], I[p, 3]
+        bend = motion(J, C, T, L[i], stop, N[p, 1], N[p, 2], N[p, 3], 0.0, before, reach)[1]
+        if j >= 0:
+            bend += motion(J, C, T, L[j], stop, N[p, 1], N[p, 2], N[p, 3], N[p, 0] + K[i, 6] + K[j, 6], before, reach)[1]
+        brake = 1e-3
+        for c in range(n):
+            brake += 0.5 * abs(A[r, c]) * M[3, c]
+        # room to slide along: the curved part of the way at this speed, and a little more
+        room = b[r, 0] - SLIDE - 0.5 * bend * reach * reach
+        closing = closing_speed(room, brake, par[RATE]) - speed
+        away = away or (closing < 0.0 and (speed > 0.0 or room < -SLIDE))
+        if room > 0.0:
+            closing = min(closing, max((0.9 * room - speed * time) / reach, 0.0))
+        if closing < 0.0 and speed > 0.0:
+            closing = min(closing, -bend * reach)
+        if speed > 0.0:
+            patience = min(patience, 0.8 * max(room, 0.0) / speed)
+        b[r, 2] = -closing
+    if patience < np.inf:  # fast only as long as rest comes before the obstacles can
+        time = stopping(base, M, h)[1]
+        if time > patience:
+            for c in range(n):
+                base[c] *= patience / time
+    reason = STOPPING
+    sure = False
+    if count >= 0:
+        for attempt in range(5):
+            if attempt == 0 or attempt == 2:
+                ramp = 1.0 if attempt == 0 else 0.0
+                for c in range(n):  # as far towards it as the acceleration allows, in a straight line
+                    if abs(base[c] - before[c]) * ramp > M[3, c] * h:
+                        ramp = M[3, c] * h / abs(base[c] - before[c])
+                for c in range(n):
+                    u[c] = before[c] + ramp * (base[c] - before[c]) if attempt == 0 else fallback[c]
+                project(u, A, b, rows, M, lo, hi, lam, nu, int(par[SWEEPS]))
+            share = (1.0, 0.3, 1.0, 0.5, 0.2)[attempt]
+            for c in range(n):
+                trial[c] = fallback[c] + share * (u[c] - fallback[c])
+            if proved(J, C, L, K, T, X, W, N, I, count, M, par, q, trial):
+                sure, reason = True, MOVING
+                break
+    if not sure:
+        for c in range(n):
+            trial[c] = fallback[c]
+        sure = chained or (count >= 0 and proved(J, C, L, K, T, X, W, N, I, count, M, par, q, trial))
+    largest = 0.0
+    for c in range(n):
+        out[c] = trial[c]
+        largest = max(largest, abs(trial[c]) / M[2, c])
+    if reason == STOPPING:
+        if largest == 0.0:
+            reason = STOPPED
+    elif away:
+        reason = RETREATING if largest > 1e-6 else STOPPED
+    elif error <= par[TOLERANCE] and angle <= par[ANGLE]:
+        reason = ARRIVED
+    elif largest < 1e-4:
+        reason = BLOCKED
+    out[n], out[n + 7], out[n + 8], out[n + 9] = reason, 1.0 if sure else 0.0, error, angle
+    out[n + 10], out[n + 11], out[n + 12] = stopping(trial, M, h)[1], count, rows
+    return True

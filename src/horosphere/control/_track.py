@@ -1,0 +1,186 @@
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..errors import InputError
+from ..numeric import float_array
+from ._sliding import SlidingMode
+from ._speed import SpeedProfile
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class PointMass:
+    """A ball of `radius` metres with the dynamics of a point: x'' = u + w, |u| <= `max_acceleration` ([Rn] section 4)."""
+
+    radius: float = 0.0
+    max_acceleration: float = 4.0
+
+    def __post_init__(self) -> None:
+        if self.radius < 0.0 or not self.max_acceleration > 0.0:
+            raise InputError(
+                f"expected radius >= 0 and max_acceleration > 0, got {self.radius:g}, {self.max_acceleration:g}"
+            )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Track:
+    """A simulated run: `time` (k,) s, `positions`, `velocities` (k, n), `inputs` (k, n) m/s^2 held from each time on.
+
+    `errors` (k,) m/s are the sizes of v - v_d; `reason` is "reached" or says what happened; `clearance` the least value of the given
+    clearance function along the run, `inflation` by how much the zones would have to be larger for it to stay above 0.
+    """
+
+    time: Array
+    positions: Array
+    velocities: Array
+    inputs: Array
+    errors: Array
+    reason: str
+    clearance: float
+
+    @property
+    def reached(self) -> bool:
+        return self.reason == "reached"
+
+    @property
+    def inflation(self) -> float:
+        return max(0.0, -self.clearance)
+
+    def rms_error(self, after: float = 0.0) -> float:
+        """Root mean square of the velocity error from `after` seconds on, m/s."""
+        late = self.errors[self.time >= after]
+        return float(np.sqrt((late**2).mean())) if len(late) else 0.0
+
+    def total_variation(self) -> float:
+        """Of the input, per second of the run: the measure of chattering, m/s^3."""
+        moved = np.linalg.norm(np.diff(self.inputs, axis=0), axis=1).sum()
+        return float(moved / max(self.time[-1] - self.time[0], 1e-300))
+
+
+def track(
+    direction: Callable[..., Array],
+    start: ArrayLike,
+    goal: ArrayLike,
+    *,
+    period: float = 0.01,
+    law: SlidingMode | str = "implicit-unit-vector",
+    speed: SpeedProfile | None = None,
+    robot: PointMass | None = None,
+    velocity: ArrayLike | None = None,
+    disturbance: Callable[[float, Array], Array] | float = 0.0,
+    clearance: Callable[[Array], Array] | None = None,
+    grow_radius: float = 0.0,
+    tolerance: float = 1e-2,
+    duration: float = 60.0,
+    substeps: int = 5,
+) -> Track:
+    """Simulate a ball that follows a field of unit directions by sliding-mode control, from rest unless `velocity` is given.
+
+    `direction`(x) -> (n,); `period` s between control instants, the input being held in between and the plant integrated in
+    `substeps` with the `disturbance`: a size in m/s^2 (turning slowly) or w(t, x) -> (n,). `clearance`(x (b, n)) -> (b,) m is
+    recorded. `grow_radius` > 0 is [Rn]'s second heuristic: direction(x, extra) is asked for zones grown by
+    extra = grow_radius x the speed of approach (s times m/s). Reached: within `tolerance` m of the goal.
+    Raises InputError for numbers out of range; what happens in the run is a value. Source: [Rn] 2.2; implicit law: docs/fields.md.
+    """
+    x = float_array(start, "start", ndim=1).copy()
+    g = float_array(goal, "goal", ndim=1, last=len(x))
+    v = np.zeros_like(x) if velocity is None else float_array(velocity, "velocity", ndim=1, last=len(x)).copy()
+    robot = robot or PointMass()
+    speed = speed or SpeedProfile(braking=0.4 * robot.max_acceleration, lateral=0.4 * robot.max_acceleration)
+    law = SlidingMode(robot.max_acceleration, law) if isinstance(law, str) else law
+    law.reset()
+    for name, value in (("period", period), ("tolerance", tolerance), ("duration", duration), ("substeps", substeps)):
+        if not value > 0.0:
+            raise InputError(f"expected a number above 0, got {value:g}", place=name)
+    wind = disturbance if callable(disturbance) else _slow_turn(float(disturbance), len(x))
+    log: list[tuple[float, Array, Array, Array, float]] = []
+    dense = [x]
+    extra, t, reason = 0.0, 0.0, f"not reached within {duration:g} s"
+
+    def wanted(y: Array) -> Array:
+        toward = (lambda z: direction(z, extra)) if grow_radius else direction
+        size, e = speed(y, g, toward)
+        return size * e
+
+    while t < duration:
+        if np.linalg.norm(x - g) <= tolerance:
+            reason = "reached"
+            break
+        if grow_radius and clearance is not None:
+            extra = grow_radius * _approach(clearance, x, v)
+        aim = wanted(x)
+        error = v - (wanted(x + period * v) if law.looks_ahead else aim)
+        u = law(error, period)
+        u = u / max(1.0, float(np.linalg.norm(u)) / robot.max_acceleration)
+        log.append((t, x, v, u, float(np.linalg.norm(v - aim))))
+        h = period / substeps
+        for k in range(substeps):
+            a = u + wind(t + (k + 0.5) * h, x)
+            x = x + h * v + 0.5 * h * h * a
+            v = v + h * a
+            dense.append(x)
+        t += period
+    log.append((t, x, v, np.zeros_like(x), float(np.linalg.norm(v - wanted(x)))))
+    time, positions, velocities, inputs, errors = (np.array(column) for column in zip(*log))
+    least = np.inf if clearance is None else float(np.min(clearance(np.array(dense))))
+    return Track(time, positions, velocities, inputs, errors, reason, least)
+
+
+def _slow_turn(size: float, n: int) -> Callable[[float, Array], Array]:
+    """A disturbance of constant size whose direction turns about once in four seconds."""
+
+    def wind(t: float, _: Array) -> Array:
+        w = np.zeros(n)
+        w[0], w[1] = size * np.cos(1.5 * t), size * np.sin(1.5 * t)
+        return w
+
+    return wind
+
+
+def _approach(clearance: Callable[[Array], Array], x: Array, v: Array) -> float:
+    """How fast the clearance shrinks at x with velocity v, m/s, not below 0."""
+    h = 1e-4
+    here, there = clearance(np.stack([x, x + h * v]))
+    return max(0.0, float(here - there) / h)
+
+
+def tracking_inflation(radius: ArrayLike, distance: ArrayLike, speed: float, error: float) -> Array:
+    """By how much (...) a zone of `radius` R must be grown so that a robot with velocity error up to `error` does not enter it.
+
+    On the sphere of radius R inside the grown zone R + x the planar-log field for the grown zone still points outwards: its least
+    outward share is sought over the sphere, and x is the least growth with speed x share >= error. `distance` D > R from its centre
+    to the goal; infinite where no growth short of the goal does. One zone; our derivation (docs/fields.md).
+    """
+    R, D = np.broadcast_arrays(float_array(radius, "radius"), float_array(distance, "distance"))
+    if (R <= 0.0).any() or (D <= R).any():
+        raise InputError("expected 0 < radius < distance", place="radius, distance")
+    if not speed > 0.0 or error < 0.0:
+        raise InputError(f"expected speed > 0 and error >= 0, got {speed:g} and {error:g}", place="speed, error")
+    result = np.empty(R.shape)
+    for k in np.ndindex(R.shape):
+        high = float(D[k] - R[k]) * (1.0 - 1e-9)
+        if speed * _outward_share(R[k], D[k], high) < error:
+            result[k] = np.inf
+            continue
+        low = 0.0
+        for _ in range(60):
+            middle = 0.5 * (low + high)
+            low, high = (middle, high) if speed * _outward_share(R[k], D[k], middle) < error else (low, middle)
+        result[k] = high
+    return result
+
+
+def _outward_share(R: float, D: float, growth: float) -> float:
+    """The least normal component of the unit direction on the sphere of radius R in the field of the zone R + growth."""
+    c = np.cos(np.linspace(0.0, np.pi, 2001))  # angle between the outward normal and the direction from centre to goal
+    q = (R + growth) / (R + growth + D)
+    away = R * R + D * D - 2.0 * R * D * c
+    normal = q / R - (R - D * c) / away
+    across = D * np.sqrt(1.0 - c * c) / away
+    return float((normal / np.maximum(np.hypot(normal, across), 1e-300)).min())

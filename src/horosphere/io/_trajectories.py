@@ -1,0 +1,157 @@
+"""Trajectories in files: NPZ, CSV, MCAP by the ending of the name."""
+
+from __future__ import annotations
+
+import csv
+import zipfile
+from pathlib import Path
+
+import numpy as np
+
+from ..errors import InputError
+from ..scenes import Trajectory
+from ._atomic import writing
+
+TRAJECTORY_ENDINGS = (".npz", ".csv", ".mcap")
+_RATES = ("velocities", "accelerations")
+_KEYS = {"time": "time", "positions": "q", "velocities": "dq", "accelerations": "ddq"}
+
+
+def save_trajectory(trajectory: Trajectory, path: str | Path) -> Path:
+    """Writes `trajectory`; NPZ holds time, q, dq, ddq, names, CSV one column each, MCAP one ROS 2 JointTrajectory message.
+
+    The file is complete or not there. Raises InputError on another ending, or if it cannot be written.
+    """
+    path = Path(path)
+    writer = {".npz": _save_npz, ".csv": _save_csv, ".mcap": _save_mcap}[_ending(path)]
+    writer(trajectory, path)
+    return path
+
+
+def load_trajectory(path: str | Path) -> Trajectory:
+    """The trajectory in a file, also one from another planner: NPZ with `q` (and `time`), CSV with a header, MCAP.
+
+    A CSV column is `time`, NAME, NAME.velocity or NAME.acceleration; without time the waypoints are one second apart.
+    Raises InputError naming the file, and the line where there is one.
+    """
+    path = Path(path)
+    reader = {".npz": _load_npz, ".csv": _load_csv, ".mcap": _load_mcap}[_ending(path)]
+    if not path.is_file():
+        raise InputError("is a folder" if path.is_dir() else "no such file", place=str(path))
+    try:
+        return reader(path)
+    except InputError as error:
+        if error.place is not None and error.place.startswith(str(path)):
+            raise
+        place = f"{path}: {error.place}" if error.place else str(path)
+        raise InputError(error.message, place=place, remedy=error.remedy, choices=error.choices) from None
+    except OSError as error:
+        raise InputError(f"cannot be read: {error.strerror or error}", place=str(path)) from None
+
+
+def _ending(path: Path) -> str:
+    if path.suffix.lower() not in TRAJECTORY_ENDINGS:
+        raise InputError(
+            f"no trajectory format has the ending {path.suffix!r}", place=str(path), choices=TRAJECTORY_ENDINGS
+        )
+    return path.suffix.lower()
+
+
+def _save_npz(trajectory: Trajectory, path: Path) -> None:
+    arrays = {key: getattr(trajectory, name) for name, key in _KEYS.items() if getattr(trajectory, name) is not None}
+    with writing(path, "wb") as file:
+        np.savez(file, **arrays, names=np.array(trajectory.names, dtype=np.str_))
+
+
+def _load_npz(path: Path) -> Trajectory:
+    try:
+        with np.load(path, allow_pickle=False) as archive:
+            data = {key: archive[key] for key in archive.files}
+    except (ValueError, zipfile.BadZipFile, EOFError, KeyError) as error:
+        raise InputError(f"not a readable NPZ file ({error})") from None
+    if "q" not in data:
+        raise InputError(f"no array 'q' in it, only {', '.join(data) or 'nothing'}", choices=(*_KEYS.values(), "names"))
+    count = len(np.atleast_1d(data["q"]))
+    names = tuple(str(name) for name in np.atleast_1d(data.get("names", np.zeros(0, np.str_))))
+    time = data.get("time", np.arange(float(count)))
+    return Trajectory(time, data["q"], data.get("dq"), data.get("ddq"), names)
+
+
+def _columns(trajectory: Trajectory) -> tuple[list[str], np.ndarray]:
+    n = trajectory.positions.shape[1]
+    names = trajectory.names or tuple(f"q{j + 1}" for j in range(n))
+    header, blocks = ["time", *names], [trajectory.time[:, None], trajectory.positions]
+    for rate, ending in zip(_RATES, (".velocity", ".acceleration")):
+        if getattr(trajectory, rate) is not None:
+            header += [name + ending for name in names]
+            blocks.append(getattr(trajectory, rate))
+    return header, np.concatenate(blocks, axis=1)
+
+
+def _save_csv(trajectory: Trajectory, path: Path) -> None:
+    header, table = _columns(trajectory)
+    with writing(path) as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(header)
+        writer.writerows([repr(float(x)) for x in row] for row in table)
+
+
+def _load_csv(path: Path) -> Trajectory:
+    try:
+        with open(path, encoding="utf-8-sig", newline="") as file:
+            rows = [(k, row) for k, row in enumerate(csv.reader(file), 1) if any(cell.strip() for cell in row)]
+    except (UnicodeDecodeError, csv.Error) as error:
+        raise InputError(f"not a CSV file ({error})") from None
+    if not rows:
+        raise InputError("the file is empty")
+    header = [cell.strip() for cell in rows[0][1]]
+    if all(_is_number(cell) for cell in header):
+        raise InputError(
+            "no header", place=f"{path}:1", remedy="the first line names the columns: time, then one name per joint"
+        )
+    if len(set(header)) != len(header):
+        twice = next(name for name in header if header.count(name) > 1)
+        raise InputError(f"two columns are named {twice!r}", place=f"{path}:1")
+    if len(rows) == 1:
+        raise InputError("a header but no waypoints", place=f"{path}:1")
+    table = np.empty((len(rows) - 1, len(header)))
+    for i, (line, row) in enumerate(rows[1:]):
+        if len(row) != len(header):
+            raise InputError(f"expected {len(header)} values as in the header, got {len(row)}", place=f"{path}:{line}")
+        for j, cell in enumerate(row):
+            if not _is_number(cell) or not np.isfinite(float(cell)):
+                raise InputError(f"{header[j]}: expected a finite number, got {cell!r}", place=f"{path}:{line}:{j + 1}")
+            table[i, j] = float(cell)
+    names = [name for name in header if name != "time" and not name.endswith((".velocity", ".acceleration"))]
+    columns = {name: table[:, k] for k, name in enumerate(header)}
+    values = [np.stack([columns[name] for name in names], axis=1)] if names else []
+    if not names:
+        raise InputError("no joint columns", place=f"{path}:1")
+    for ending in (".velocity", ".acceleration"):
+        given = [name for name in names if name + ending in columns]
+        if given and len(given) != len(names):
+            missing = next(name for name in names if name not in given)
+            raise InputError(f"{missing + ending!r} is missing, {given[0] + ending!r} is there", place=f"{path}:1")
+        values.append(np.stack([columns[name + ending] for name in names], axis=1) if given else None)  # type: ignore[arg-type]
+    time = columns.get("time", np.arange(float(len(table))))
+    return Trajectory(time, values[0], values[1], values[2], tuple(names))
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
+
+
+def _save_mcap(trajectory: Trajectory, path: Path) -> None:
+    from ._mcap import write_mcap
+
+    write_mcap(trajectory, path)
+
+
+def _load_mcap(path: Path) -> Trajectory:
+    from ._mcap import read_mcap
+
+    return read_mcap(path)

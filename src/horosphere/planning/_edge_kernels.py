@@ -1,0 +1,430 @@
+"""Is a straight joint motion free of contact? Sixteen configurations at a time, float32, one in each lane.
+
+Data (made by `_tree_model` and `_world_kernels`):
+  model = (joints, joint_data, bodies, body_balls, groups, group_balls, balls, pairs, group_pairs)
+    joints (F, 2)        parent frame, coordinate; frame 0 is the base, its row is not read
+    joint_data (F, 16)   axes x, y, z and origin of the joint frame in its parent; turn and its offset, slide and its offset
+    bodies (C, 3)        all that is fixed to one frame: the frame, first group, last group + 1
+    groups (G, 2)        compact parts of bodies: first ball, last ball + 1
+    body_balls (C, 4), group_balls (G, 4), balls (B, 4): centre in the frame, radius; a ball round it all, but for balls
+    pairs (P, 5)         two bodies, the last common ancestor of their frames, first and last + 1 of
+    group_pairs (K, 2)   the groups of theirs that are checked against each other, those of one group together
+  world = (upright, boxes, cylinders, capsules, ellipsoids, reach): solids by kind, nearest to the root first;
+    reach (C, 5): how many of each kind body c can come near to
+  scratch = (frames, centres, near, stack, ramp, work): lanes of the frames (12 each), of ball centres; a list of solids;
+    pieces of a motion still to be certified; (1, 2, .. 16) / 16 and 0, 1, .. 15; three configurations, for the callers
+
+Motions are q + t v, t in [0, 1]. Distances are compared as squares: no root in the inner loops.
+"""
+
+import numpy as np
+
+from ..kernels import (
+    absolute,
+    atom,
+    floor,
+    jit,
+    kernel,
+    lane_mask_lt,
+    lane_sqrt,
+    load_columns,
+    load_lanes,
+    load_records,
+    polynomial,
+    round_even,
+    scalars,
+    store_columns,
+    where_lt,
+)  # fmt: skip
+from ._world_kernels import (
+    box_square as _box_square,
+)
+from ._world_kernels import (
+    cylinder_square as _cylinder_square,
+)
+from ._world_kernels import (
+    ellipsoid_square as _ellipsoid_square,
+)
+from ._world_kernels import (
+    segment_square as _segment_square,
+)
+from ._world_kernels import (
+    upright_square as _upright_square,
+)
+
+LANES = (0,) * 16
+WIDTH = len(LANES)
+ALL = (1 << WIDTH) - 1
+CONTACT, UNDECIDED, CLEAR = -1, 0, 1
+SAMPLED, CERTIFIED, STANDING, WHOLE = 0, 1, 2, 3
+STACK = 4096
+SMALLEST = 1e-5  # share of a motion below which it is not halved again
+WIDEN = 3e-7  # added to half widths of pieces: covers the rounding of their middles
+
+# pi/2 in three parts; the first two have few bits, so that multiples of them are exact
+_HALF_PI = (1.5703125, 4.837512969970703125e-4, 7.54978995489188216e-8)
+_SIN = (-1.6666654611e-1, 8.3321608736e-3, -1.9515295891e-4)
+_COS = (4.166664568298827e-2, -1.388731625493765e-3, 2.443315711809948e-5)
+
+
+def sincos_single(x):
+    """(sin x, cos x) to 1.2e-7 for |x| < 1e4 in single precision."""
+    k = round_even(x * 0.6366197723675814)
+    r = x
+    for part in _HALF_PI:
+        r = atom(r - k * part)
+    z = atom(r * r)
+    sine = r + r * z * polynomial(z, _SIN)
+    cosine = 1.0 - 0.5 * z + z * z * polynomial(z, _COS)
+    quadrant = k - 4.0 * floor(k * 0.25)
+    odd = quadrant - 2.0 * floor(quadrant * 0.5)
+    s, c = where_lt(odd, 0.5, sine, cosine), where_lt(odd, 0.5, cosine, sine)
+    return where_lt(quadrant, 1.5, s, -s), where_lt(absolute(quadrant - 1.5), 1.0, -c, c)
+
+
+@kernel(12, parent=scalars(12), at=None, joint=scalars(16))
+def next_frame(parent, at, joint):
+    """Axes and origin of a frame from those of its parent: origin, then a turn about and a slide along the z axis."""
+    X, Y, Z, p = parent[0:3], parent[3:6], parent[6:9], parent[9:12]
+    x, y, z, origin = ([X[k] * c[0] + Y[k] * c[1] + Z[k] * c[2] for k in range(3)] for c in
+                       (joint[0:3], joint[3:6], joint[6:9], joint[9:12]))  # fmt: skip
+    s, c = sincos_single(at * joint[12] + joint[13])
+    slide = at * joint[14] + joint[15]
+    x, y = [atom(v) for v in x], [atom(v) for v in y]
+    return [
+        *(c * x[k] + s * y[k] for k in range(3)),
+        *(c * y[k] - s * x[k] for k in range(3)),
+        *z,
+        *(p[k] + origin[k] + slide * z[k] for k in range(3)),
+    ]
+
+
+@kernel(3, frame=scalars(12), at=scalars(4))
+def carried(frame, at):
+    """A point fixed to a frame, in the base."""
+    return [frame[9 + k] + frame[k] * at[0] + frame[3 + k] * at[1] + frame[6 + k] * at[2] for k in range(3)]
+
+
+@kernel(1, p=scalars(3), axis=scalars(6))
+def lever_square(p, axis):
+    """Squared distance of a point to the axis (unit direction, point)."""
+    d = [p[k] - axis[3 + k] for k in range(3)]
+    t = d[0] * axis[0] + d[1] * axis[1] + d[2] * axis[2]
+    w = [atom(d[k] - t * axis[k]) for k in range(3)]
+    return [w[0] * w[0] + w[1] * w[1] + w[2] * w[2]]
+
+
+_next_frame, _carried, _lever_square = next_frame.inline, carried.inline, lever_square.inline
+_upright, _box, _cylinder = _upright_square.inline, _box_square.inline, _cylinder_square.inline
+_segment, _ellipsoid = _segment_square.inline, _ellipsoid_square.inline
+
+
+@jit(_nrt=False, forceinline=True)
+def place_frames(q, v, t, joints, joint_data, frames):
+    """Write the frames at q + t v, one t in each lane."""
+    for f in range(1, joints.shape[0]):
+        c = joints[f, 1]
+        parent = load_columns(frames, 12 * WIDTH * joints[f, 0], 12, LANES)
+        at = t * v[c] + q[c]
+        store_columns(frames, 12 * WIDTH * f, _next_frame(*parent, at, *load_records(joint_data, f, 16, (0,))))
+
+
+@jit(_nrt=False)
+def motion_bound(frame, stop, x, y, z, half, v, joints, joint_data, frames):
+    """No point (x, y, z) fixed to `frame` moves further than this, seen from frame `stop`, within `half` of the middle.
+
+    Joint after joint from the point inwards: a turn by at most a moves it by at most a times its distance from the axis
+    in the middle plus what the joints before have moved it (a distance from a line changes by no more than that).
+    """
+    total = half * 0.0
+    f = frame
+    while f != stop:
+        axis = load_columns(frames, (12 * f + 6) * WIDTH, 6, LANES)
+        speed = abs(v[joints[f, 1]])
+        lever = lane_sqrt(_lever_square(x, y, z, *axis)[0])
+        total = (
+            total + half * (speed * abs(joint_data[f, 12])) * (lever + total) + half * (speed * abs(joint_data[f, 14]))
+        )
+        f = joints[f, 0]
+    return total * 1.00001
+
+
+@jit(_nrt=False)
+def touches(world, near, k0, k1, k2, k3, k4, x, y, z, r):
+    """Whether a ball comes near to one of the listed solids in some lane."""
+    upright, boxes, cylinders, capsules, ellipsoids, reach = world
+    rr = r * r
+    for k in range(k0):
+        if lane_mask_lt(_upright(x, y, z, *load_records(upright, near[k], 8, (0,)))[0], rr):
+            return True
+    for k in range(k0, k1):
+        if lane_mask_lt(_box(x, y, z, *load_records(boxes, near[k], 16, (0,)))[0], rr):
+            return True
+    for k in range(k1, k2):
+        if lane_mask_lt(_cylinder(x, y, z, *load_records(cylinders, near[k], 8, (0,)))[0], rr):
+            return True
+    for k in range(k2, k3):
+        R = r + capsules[near[k], 7]
+        if lane_mask_lt(_segment(x, y, z, *load_records(capsules, near[k], 8, (0,)))[0], R * R):
+            return True
+    for k in range(k3, k4):
+        if lane_mask_lt(_ellipsoid(x, y, z, *load_records(ellipsoids, near[k], 16, (0,)))[0], rr):
+            return True
+    return False
+
+
+@jit(_nrt=False, forceinline=True)
+def body_clear(c, half, v, how, margin, model, world, scratch):
+    """As `block_clear`, of one body against the solids; the frames are placed already."""
+    joints, joint_data, bodies, body_balls, groups, group_balls, balls, pairs, group_pairs = model
+    upright, boxes, cylinders, capsules, ellipsoids, reach = world
+    frames, centres, near, stack, ramp, work = scratch
+    unclear, moving, base = 0, how == CERTIFIED, joints[0, 0]
+    f = bodies[c, 0]
+    frame = load_columns(frames, 12 * WIDTH * f, 12, LANES)
+    x, y, z = _carried(*frame, *load_records(body_balls, c, 4, (0,)))
+    store_columns(centres, 3 * WIDTH * c, (x, y, z))
+    if f == 0 and how != STANDING:
+        return unclear
+    nothing = half * 0.0
+    r = nothing + (body_balls[c, 3] + margin)
+    if moving:
+        r = r + motion_bound(f, base, x, y, z, half, v, joints, joint_data, frames)
+    rr = r * r
+    k0 = np.int64(0)
+    for i in range(reach[c, 0]):
+        if lane_mask_lt(_upright(x, y, z, *load_records(upright, i, 8, (0,)))[0], rr):
+            near[k0] = i
+            k0 += 1
+    k1 = k0
+    for i in range(reach[c, 1]):
+        if lane_mask_lt(_box(x, y, z, *load_records(boxes, i, 16, (0,)))[0], rr):
+            near[k1] = i
+            k1 += 1
+    k2 = k1
+    for i in range(reach[c, 2]):
+        if lane_mask_lt(_cylinder(x, y, z, *load_records(cylinders, i, 8, (0,)))[0], rr):
+            near[k2] = i
+            k2 += 1
+    k3 = k2
+    for i in range(reach[c, 3]):
+        R = r + capsules[i, 7]
+        if lane_mask_lt(_segment(x, y, z, *load_records(capsules, i, 8, (0,)))[0], R * R):
+            near[k3] = i
+            k3 += 1
+    k4 = k3
+    for i in range(reach[c, 4]):
+        if lane_mask_lt(_ellipsoid(x, y, z, *load_records(ellipsoids, i, 16, (0,)))[0], rr):
+            near[k4] = i
+            k4 += 1
+    if k4 == 0:
+        return unclear
+    for g in range(bodies[c, 1], bodies[c, 2]):
+        if bodies[c, 2] - bodies[c, 1] > 1:
+            x, y, z = _carried(*frame, *load_records(group_balls, g, 4, (0,)))
+            r = nothing + (group_balls[g, 3] + margin)
+            if moving:
+                r = r + motion_bound(f, base, x, y, z, half, v, joints, joint_data, frames)
+            if not touches(world, near, k0, k1, k2, k3, k4, x, y, z, r):
+                continue
+        for b in range(groups[g, 0], groups[g, 1]):
+            x, y, z = _carried(*frame, *load_records(balls, b, 4, (0,)))
+            r0 = balls[b, 3] + margin
+            r = nothing + r0
+            if moving:
+                r = r + motion_bound(f, base, x, y, z, half, v, joints, joint_data, frames)
+            rr = r * r
+            for k in range(k0):
+                square = _upright(x, y, z, *load_records(upright, near[k], 8, (0,)))[0]
+                hit = lane_mask_lt(square, rr)
+                if hit:
+                    unclear |= hit
+                    if lane_mask_lt(square, r0 * r0):
+                        return -1
+            for k in range(k0, k1):
+                square = _box(x, y, z, *load_records(boxes, near[k], 16, (0,)))[0]
+                hit = lane_mask_lt(square, rr)
+                if hit:
+                    unclear |= hit
+                    if lane_mask_lt(square, r0 * r0):
+                        return -1
+            for k in range(k1, k2):
+                square = _cylinder(x, y, z, *load_records(cylinders, near[k], 8, (0,)))[0]
+                hit = lane_mask_lt(square, rr)
+                if hit:
+                    unclear |= hit
+                    if lane_mask_lt(square, r0 * r0):
+                        return -1
+            for k in range(k2, k3):
+                square = _segment(x, y, z, *load_records(capsules, near[k], 8, (0,)))[0]
+                R, R0 = r + capsules[near[k], 7], r0 + capsules[near[k], 7]
+                hit = lane_mask_lt(square, R * R)
+                if hit:
+                    unclear |= hit
+                    if lane_mask_lt(square, R0 * R0):
+                        return -1
+            for k in range(k3, k4):
+                square = _ellipsoid(x, y, z, *load_records(ellipsoids, near[k], 16, (0,)))[0]
+                hit = lane_mask_lt(square, rr)
+                if hit:
+                    unclear |= hit
+                    if lane_mask_lt(square, r0 * r0):
+                        return -1
+    return unclear
+
+
+@jit(_nrt=False, forceinline=True)
+def pair_clear(p, half, v, how, margin, model, scratch):
+    """As `block_clear`, of two bodies against each other; the centres of the bodies are placed already."""
+    joints, joint_data, bodies, body_balls, groups, group_balls, balls, pairs, group_pairs = model
+    frames, centres, near, stack, ramp, work = scratch
+    unclear, moving = 0, how == CERTIFIED
+    nothing = half * 0.0
+    ca, cb, stop = pairs[p, 0], pairs[p, 1], pairs[p, 2]
+    fa, fb = bodies[ca, 0], bodies[cb, 0]
+    ax, ay, az = load_columns(centres, 3 * WIDTH * ca, 3, LANES)
+    cx, cy, cz = load_columns(centres, 3 * WIDTH * cb, 3, LANES)
+    rc = nothing + (body_balls[cb, 3] + margin)
+    if moving:
+        rc = rc + motion_bound(fb, stop, cx, cy, cz, half, v, joints, joint_data, frames)
+    r = rc + body_balls[ca, 3]
+    if moving:
+        r = r + motion_bound(fa, stop, ax, ay, az, half, v, joints, joint_data, frames)
+    dx, dy, dz = ax - cx, ay - cy, az - cz
+    if not lane_mask_lt(dx * dx + dy * dy + dz * dz, r * r):
+        return unclear
+    frame_a = load_columns(frames, 12 * WIDTH * fa, 12, LANES)
+    frame_b = load_columns(frames, 12 * WIDTH * fb, 12, LANES)
+    last = (
+        3 * WIDTH * bodies.shape[0]
+    )  # behind the centres of the bodies: balls of a that are near b, with radius and motion
+    before, apart = -1, False
+    gx, gy, gz, rg = ax, ay, az, r
+    for k in range(pairs[p, 3], pairs[p, 4]):
+        ga, gb = group_pairs[k, 0], group_pairs[k, 1]
+        if ga != before:
+            before = ga
+            gx, gy, gz = _carried(*frame_a, *load_records(group_balls, ga, 4, (0,)))
+            rg = nothing + group_balls[ga, 3]
+            if moving:
+                rg = rg + motion_bound(fa, stop, gx, gy, gz, half, v, joints, joint_data, frames)
+            dx, dy, dz, r = gx - cx, gy - cy, gz - cz, rg + rc
+            apart = lane_mask_lt(dx * dx + dy * dy + dz * dz, r * r) == 0
+        if apart:
+            continue
+        bx, by, bz = _carried(*frame_b, *load_records(group_balls, gb, 4, (0,)))
+        rb = nothing + (group_balls[gb, 3] + margin)
+        if moving:
+            rb = rb + motion_bound(fb, stop, bx, by, bz, half, v, joints, joint_data, frames)
+        dx, dy, dz, r = gx - bx, gy - by, gz - bz, rg + rb
+        if not lane_mask_lt(dx * dx + dy * dy + dz * dz, r * r):
+            continue
+        found = 0
+        for a in range(groups[ga, 0], groups[ga, 1]):
+            ax, ay, az = _carried(*frame_a, *load_records(balls, a, 4, (0,)))
+            ra = nothing + balls[a, 3]
+            if moving:
+                ra = ra + motion_bound(fa, stop, ax, ay, az, half, v, joints, joint_data, frames)
+            dx, dy, dz, r = ax - bx, ay - by, az - bz, ra + rb
+            if lane_mask_lt(dx * dx + dy * dy + dz * dz, r * r):
+                store_columns(centres, last + 4 * WIDTH * found, (ax, ay, az, ra))
+                near[found] = a
+                found += 1
+        if found == 0:
+            continue
+        for b in range(groups[gb, 0], groups[gb, 1]):
+            bx, by, bz = _carried(*frame_b, *load_records(balls, b, 4, (0,)))
+            rb = nothing + (balls[b, 3] + margin)
+            if moving:
+                rb = rb + motion_bound(fb, stop, bx, by, bz, half, v, joints, joint_data, frames)
+            for i in range(found):
+                ax, ay, az, ra = load_columns(centres, last + 4 * WIDTH * i, 4, LANES)
+                dx, dy, dz, r = ax - bx, ay - by, az - bz, ra + rb
+                square = dx * dx + dy * dy + dz * dz
+                hit = lane_mask_lt(square, r * r)
+                if hit:
+                    unclear |= hit
+                    r0 = balls[near[i], 3] + balls[b, 3] + margin
+                    if lane_mask_lt(square, r0 * r0):
+                        return -1
+    return unclear
+
+
+@jit(_nrt=False, forceinline=True)
+def block_clear(q, v, t, half, how, margin, self_margin, model, world, scratch):
+    """Lanes (bits) where contact is not excluded within `half` of q + t v; -1 if some middle is nearer than the margin.
+
+    SAMPLED: half is 0, a lane is in contact or it is not. STANDING: so too, with the bodies of the base.
+    """
+    joints, joint_data, bodies, body_balls, groups, group_balls, balls, pairs, group_pairs = model
+    frames, centres, near, stack, ramp, work = scratch
+    place_frames(q, v, t, joints, joint_data, frames)
+    unclear = 0
+    for c in range(bodies.shape[0] - 1, -1, -1):  # the far end first: it is what mostly hits
+        found = body_clear(c, half, v, how, margin, model, world, scratch)
+        if found < 0:
+            return found
+        unclear |= found
+    for p in range(pairs.shape[0]):
+        found = pair_clear(p, half, v, how, self_margin, model, scratch)
+        if found < 0:
+            return found
+        unclear |= found
+    return unclear
+
+
+@jit(_nrt=False)
+def edge_clear(q, v, count, how, margin, self_margin, model, world, scratch):
+    """CLEAR, CONTACT or UNDECIDED for the motion q + t v, t in [0, 1].
+
+    SAMPLED: `count` blocks of 16 evenly spaced configurations, the first one left out. CERTIFIED: from `count` pieces
+    on, a piece is halved until contact is excluded between its ends too. STANDING: q + v alone, with the base's bodies.
+    WHOLE: every configuration between q and q + v joint by joint, a box, at once.
+    """
+    frames, centres, near, stack, ramp, work = scratch
+    certified = how in (CERTIFIED, WHOLE)
+    if certified:
+        for i in range(count):
+            stack[0, i], stack[1, i] = (i + 0.5) / count, 0.5 / count + WIDEN
+    left = count
+    t = load_lanes(ramp, 0, LANES)
+    half = t * 0.0
+    while left > 0:
+        used, first = WIDTH, 0
+        if certified:
+            used = min(left, WIDTH)
+            first = left - used
+            for i in range(left, first + WIDTH):
+                stack[0, i], stack[1, i] = stack[0, first], stack[1, first]
+            t, half = load_lanes(stack, first, LANES), load_lanes(stack, STACK + first, LANES)
+        else:
+            t = load_lanes(ramp, 0, LANES) * (1.0 / count) + (count - left) / count
+        unclear = block_clear(
+            q, v, t, half, CERTIFIED if certified else how, margin, self_margin, model, world, scratch
+        )
+        if unclear < 0:
+            return CONTACT
+        if not certified:
+            left -= 1
+            continue
+        unclear &= (1 << used) - 1
+        left = first
+        if unclear:
+            if how == WHOLE or first + 3 * WIDTH > STACK:
+                return UNDECIDED
+            kept = 0
+            for i in range(used):  # to the far end first: the halves overwrite their parents
+                if (unclear >> i) & 1:
+                    stack[0, STACK - WIDTH + kept], stack[1, STACK - WIDTH + kept] = (
+                        stack[0, first + i],
+                        stack[1, first + i],
+                    )
+                    kept += 1
+            for i in range(kept):
+                middle, width = stack[0, STACK - WIDTH + i], 0.5 * stack[1, STACK - WIDTH + i]
+                if width < SMALLEST:
+                    return UNDECIDED
+                stack[0, left], stack[1, left] = middle - width, width + WIDEN
+                stack[0, left + 1], stack[1, left + 1] = middle + width, width + WIDEN
+                left += 2
+    return CLEAR

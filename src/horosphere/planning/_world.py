@@ -1,0 +1,99 @@
+"""Obstacles as the tree planner sees them, and the plain account of why a configuration is not free."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import InputError
+from ..robots import Robot
+from ..shapes import Ball, Box, Capsule, Cylinder, Ellipsoid, HalfSpace, PointCloud, Shape
+
+Floats = NDArray[np.float64]
+_BOX, _CAPSULE, _CYLINDER, _ELLIPSOID, _HALF_SPACE = 0.0, 1.0, 2.0, 3.0, 4.0
+SUPPORTED = ("Ball", "Box", "Capsule", "Cylinder", "Ellipsoid", "HalfSpace", "PointCloud")
+
+
+def solid_rows(obstacles: Iterable[Shape]) -> Floats:
+    """Rows (m, 16) for `pack_world`. Raises InputError for what the planner cannot take."""
+    numbers: list[float] = []
+    clouds: list[Floats] = []
+    for shape in obstacles:
+        kind, shape = type(shape), cast("Any", shape)
+        if kind is Box:
+            numbers += (_BOX, *shape.center.tolist(), *shape.rotation.T.ravel().tolist(), *shape.half_sizes.tolist())
+        elif kind is Cylinder or kind is Capsule:
+            numbers += _axial(_CYLINDER if kind is Cylinder else _CAPSULE, shape)
+        elif kind is Ball and len(shape.center) == 3:
+            numbers += (_CAPSULE, *shape.center.tolist(), 0.0, 0.0, 1.0, *(0.0,) * 6, 0.0, shape.radius, 0.0)
+        elif kind is Ellipsoid:
+            numbers += (
+                _ELLIPSOID,
+                *shape.center.tolist(),
+                *shape.rotation.T.ravel().tolist(),
+                *shape.semi_axes.tolist(),
+            )
+        elif kind is HalfSpace:
+            numbers += (_HALF_SPACE, 0.0, 0.0, 0.0, *shape.normal.tolist(), *(0.0,) * 6, shape.distance, 0.0, 0.0)
+        elif kind is PointCloud:
+            block = np.zeros((len(shape.points), 16))
+            block[:, 0], block[:, 1:4], block[:, 6], block[:, 14] = _CAPSULE, shape.points, 1.0, shape.radius
+            clouds.append(block)
+        else:
+            raise InputError(
+                f"the tree planner cannot plan around a {kind.__name__}{' of dimension 2' if kind is Ball else ''}",
+                place=f"obstacle {shape.name!r}" if getattr(shape, "name", "") else "obstacles",
+                remedy="enclose it in boxes, capsules or cylinders",
+                choices=SUPPORTED,
+            )
+    rows = np.array(numbers).reshape(-1, 16)
+    return np.concatenate([rows, *clouds]) if clouds else rows
+
+
+def _axial(kind: float, shape: Any) -> tuple[float, ...]:
+    (ax, ay, az), (bx, by, bz) = shape.a.tolist(), shape.b.tolist()
+    x, y, z = bx - ax, by - ay, bz - az
+    length = (x * x + y * y + z * z) ** 0.5
+    axis = (x / length, y / length, z / length) if length > 1e-12 else (0.0, 0.0, 1.0)
+    middle = (0.5 * (ax + bx), 0.5 * (ay + by), 0.5 * (az + bz))
+    return (kind, *middle, *axis, *(0.0,) * 6, 0.5 * length, shape.radius, 0.0)
+
+
+def nearest_contact(
+    robot: Robot, q: Floats, obstacles: tuple[Shape, ...], clearance: float, self_clearance: float
+) -> str | None:
+    """What is nearer than it may be at q, in words, the worst first; None if nothing is. Exact bodies, balls along capsules."""
+    from ..robots._pairs import segment_distance
+    from ..robots._placement import link_frames, move_points
+
+    bodies = robot.capsules
+    poses = link_frames(robot.links, q)[bodies.link]
+    a, b = move_points(poses, bodies.a), move_points(poses, bodies.b)
+    worst, text = 0.0, None
+    names = robot.link_names
+    for number, shape in enumerate(obstacles):
+        along = np.linspace(0.0, 1.0, 33)[:, None, None]
+        gaps = shape.signed_distance(a + along * (b - a)) - bodies.radius
+        k = int(np.argmin(gaps.min(axis=0)))
+        gap = float(gaps[:, k].min())
+        if gap - clearance < worst:
+            name = shape.name or f"obstacle {number} ({type(shape).__name__})"
+            worst, text = gap - clearance, f"{names[bodies.link[k]]!r} {_how_near(gap, clearance)} {name!r}"
+    for i, j in robot.self_pairs:
+        first, second = np.flatnonzero(bodies.link == i), np.flatnonzero(bodies.link == j)
+        if len(first) and len(second):
+            m, n = np.repeat(first, len(second)), np.tile(second, len(first))
+            gap = float((segment_distance(a[m], b[m], a[n], b[n]) - bodies.radius[m] - bodies.radius[n]).min())
+            if gap - self_clearance < worst:
+                worst = gap - self_clearance
+                text = f"{names[i]!r} {_how_near(gap, self_clearance)} {names[j]!r} of the robot itself"
+    return text
+
+
+def _how_near(gap: float, clearance: float) -> str:
+    if gap < 0.0:
+        return f"is {-gap * 1e3:.1f} mm inside"
+    return f"is only {gap * 1e3:.1f} mm (less than {clearance * 1e3:g} mm) from"

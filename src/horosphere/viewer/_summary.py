@@ -1,0 +1,164 @@
+"""What a result says, as words and rows: the same on the terminal, in JSON and on the report."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..scenes import Scene, Trajectory
+from ._measure import Measures
+
+
+@dataclass(frozen=True, slots=True)
+class Summary:
+    """`good`: may the motion be run? `verdict`: one line. `rows`: label and value. `notes`: what else one should know."""
+
+    good: bool
+    verdict: str
+    rows: tuple[tuple[str, str], ...]
+    notes: tuple[str, ...]
+
+
+def summarise(
+    scene: Scene,
+    trajectory: Trajectory | None,
+    measures: Measures | None = None,
+    *,
+    certificate: Any = None,
+    solved: bool | None = None,
+    reason: str = "",
+    solved_by: str | None = None,
+    timings: dict[str, float] | None = None,
+    notes: tuple[str, ...] = (),
+) -> Summary:
+    """The verdict first, then the figures. `solved` None: the motion was only checked, not planned."""
+    certified = bool(getattr(certificate, "certified", False))
+    good = certified if solved is None else bool(solved) and (certificate is None or certified)
+    rows: list[tuple[str, str]] = []
+    if certificate is not None:
+        rows.append(("Certified clearance", _clearance(certificate, scene, certified)))
+        if getattr(certificate, "nearest", ""):
+            rows.append(("Nearest", str(certificate.nearest)))
+        if math.isfinite(getattr(certificate, "self_clearance", math.inf)):
+            rows.append(("Self-clearance", f"at least {1e3 * certificate.self_clearance:.2f} mm"))
+    if measures is not None and measures.clearance is not None:
+        lowest = int(np.argmin(measures.clearance))
+        rows.append(
+            ("Least clearance seen", f"{1e3 * measures.clearance[lowest]:.2f} mm at {measures.time[lowest]:.2f} s")
+        )
+    error = goal_error(measures)
+    if error is not None:
+        angle = getattr(certificate, "goal_angle_error", None)
+        rows.append(("Goal error", length(error) + (f", {math.degrees(angle):.1e} degrees" if angle else "")))
+    if trajectory is not None:
+        rows.append(("Largest step", _step(scene, trajectory)))
+        rows.append(("Duration", f"{trajectory.duration:.2f} s, {len(trajectory)} waypoints"))
+    if solved_by:
+        rows.append(("Solved by", solved_by))
+    if timings:
+        rows.append(("Time spent", ", ".join(f"{name} {_seconds(value)}" for name, value in timings.items())))
+    rows += [("Robot", _robot(scene)), ("Collision model", collision_model(scene)), ("Obstacles", _obstacles(scene))]
+    every = dict.fromkeys((*notes, *getattr(scene.robot, "notes", ())))  # in order, none twice
+    return Summary(good, _verdict(scene, certificate, solved, reason, good, certified), tuple(rows), tuple(every))
+
+
+def goal_error(measures: Measures | None) -> float | None:
+    """Distance from the goal at the end, metres."""
+    return None if measures is None or measures.to_goal is None else float(measures.to_goal[-1])
+
+
+def _verdict(scene: Scene, certificate: Any, solved: bool | None, reason: str, good: bool, certified: bool) -> str:
+    if good and certificate is not None:
+        word = "Certified" if solved is None else "Solved and certified"
+        return f"{word}: no part of the robot comes closer than {1e3 * certificate.clearance:.1f} mm to any obstacle"
+    if good:
+        return "Solved"
+    violation = first_violation(certificate)
+    if solved is None:
+        return f"Not certified: {violation or reason or 'no certificate'}"
+    if solved:
+        return f"Reached, but not certified: {violation or reason}"
+    return f"Not solved: {reason or violation or 'no reason given'}"
+
+
+def first_violation(certificate: Any) -> str:
+    """The first thing that is wrong, in words; empty if nothing is."""
+    violation = getattr(certificate, "first_violation", None)
+    if violation is None:
+        unresolved = getattr(certificate, "unresolved", None)
+        return f"could not be decided in {unresolved}" if unresolved is not None and np.size(unresolved) else ""
+    return str(violation)
+
+
+def _clearance(certificate: Any, scene: Scene, certified: bool) -> str:
+    value = float(certificate.clearance)
+    if not math.isfinite(value):
+        return "nothing to keep clear of" if value > 0 else "none"
+    required = f"(required {1e3 * scene.options.clearance:.1f} mm)"
+    return (
+        f"at least {1e3 * value:.2f} mm {required}" if certified else f"{1e3 * value:.2f} mm, not certified {required}"
+    )
+
+
+def length(metres: float) -> str:
+    """A length with a unit that suits it."""
+    if metres >= 1.0:
+        return f"{metres:.3f} m"
+    return f"{1e3 * metres:.2f} mm" if metres >= 1e-5 else f"{metres:.1e} m"
+
+
+def _seconds(value: float) -> str:
+    return f"{value:.2f} s" if value >= 1.0 else f"{1e3 * value:.1f} ms" if value >= 1e-4 else f"{1e6 * value:.0f} us"
+
+
+def _step(scene: Scene, trajectory: Trajectory) -> str:
+    steps = np.abs(np.diff(trajectory.positions, axis=0)).max(axis=0, initial=0.0)
+    j = int(np.argmax(steps))
+    robot: Any = scene.robot
+    if not hasattr(robot, "joint_names"):
+        return f"{steps[j]:.4g}"
+    sliding = {link.coordinate for link in robot.links if link.kind == "prismatic"}
+    amount = f"{1e3 * steps[j]:.2f} mm" if j in sliding else f"{math.degrees(steps[j]):.2f} degrees"
+    return f"{amount} between waypoints ({robot.joint_names[j]})"
+
+
+def _robot(scene: Scene) -> str:
+    robot: Any = scene.robot
+    if hasattr(robot, "joint_names"):
+        form = f", closed form {robot.closed_form[0]}" if robot.closed_form else ""
+        return f"{robot.name}, {robot.n_joints} joints{form}"
+    if type(robot).__name__ == "SnakeRobot":
+        return f"snake of {robot.links} links"
+    if type(robot).__name__ == "PointRobot":
+        return f"ball of radius {robot.radius:g} m in R^{robot.dimension}"
+    return f"unicycle of radius {robot.radius:g} m"
+
+
+def collision_model(scene: Scene) -> str:
+    """Which bodies stood for the robot, and where they came from."""
+    robot: Any = scene.robot
+    if not hasattr(robot, "capsules"):
+        return "exact"
+    count = len(robot.capsules)
+    if not count:
+        return "NONE: nothing of this robot was checked against the obstacles"
+    balls = int((np.linalg.norm(robot.capsules.a - robot.capsules.b, axis=1) == 0.0).sum())
+    kinds = [f"{count - balls} capsules"] * (count > balls) + [f"{balls} balls"] * (balls > 0)
+    sources = sorted({note.split(",")[0].split(":")[0] for note in robot.capsules.note if note})
+    origin = f" ({', '.join(sources[:4])}{', ...' if len(sources) > 4 else ''})" if sources else ""
+    return " and ".join(kinds) + f" on {len(np.unique(robot.capsules.link))} links" + origin
+
+
+def _obstacles(scene: Scene) -> str:
+    if not scene.obstacles:
+        return "none"
+    counts: dict[str, int] = {}
+    for obstacle in scene.obstacles:
+        kind = {"EllipsoidND": "ellipsoid", "HalfSpace": "half-space", "PointCloud": "point cloud"}.get(
+            type(obstacle).__name__, type(obstacle).__name__.lower()
+        )
+        counts[kind] = counts.get(kind, 0) + 1
+    return ", ".join(f"{n} {kind}{'' if n == 1 else 'es' if kind == 'box' else 's'}" for kind, n in counts.items())

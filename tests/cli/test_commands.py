@@ -1,0 +1,155 @@
+"""Commands beside plan and check, and what all of them have in common."""
+
+import json
+import re
+import subprocess
+import sys
+
+import pytest
+
+from horosphere.cli._app import build
+
+COMMANDS = sorted(name for name in build() if not name.startswith("-") and name != "snake")
+SNAKE = sorted(name for name in build()["snake"] if not name.startswith("-"))
+HEAVY = ("scipy", "numba", "viser", "matplotlib", "trimesh", "pydantic", "yourdfpy")
+
+
+def test_help_is_light():
+    program = (
+        "import sys; from horosphere.cli._app import main; main(['--help']); main(['plan', '--help']); "
+        f"print([m for m in {HEAVY!r} if m in sys.modules], file=sys.stderr)"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    assert done.stderr.strip() == "[]"
+    assert "plan" in done.stdout
+
+
+@pytest.mark.parametrize("command", [*COMMANDS, *(f"snake {name}" for name in SNAKE)])
+def test_every_command_has_help_with_an_example_and_json(run, command):
+    text = run(*command.split(), "--help").out
+    (example,) = re.findall(r"Example: (horosphere .+?)\s*\n", text)
+    assert example.startswith(f"horosphere {command}")
+    assert "--json" in text and "--no-json" not in text
+
+
+def test_the_examples_are_words_the_program_knows():
+    app = build()
+    for command in COMMANDS:
+        text = app[command].help
+        words = re.search(r"Example: `horosphere (.+?)`", text)[1].split()
+        app.parse_args(
+            words, exit_on_error=False, print_error=False
+        )  # raises on an unknown option or a missing argument
+
+
+def test_unknown_words(run):
+    result = run("paln", "x")
+    assert result.code == 2 and 'Did you mean "plan"?' in result.err
+    assert run("--version").out.strip()
+
+
+def test_robot(run, tmp_path):
+    data = json.loads(run("robot", "humanoid-arm", "--json").out)
+    assert data["closed_form"]["name"] == "humanoid_arm" and len(data["joints"]) == 5
+    result = run("robot", "humanoid-arm", "--out", tmp_path / "arm.yaml")
+    assert result.code == 0 and "closed form, humanoid_arm" in result.out
+    assert json.loads(run("robot", tmp_path / "arm.yaml", "--json").out)["joints"] == data["joints"]
+    scene = "horosphere/scene: 1\nrobot: arm.yaml\nstart: {joints: [0, 0, 0, 0, 0]}\ngoal: {position: [0.3, 0, 0.3]}\n"
+    (tmp_path / "scene.yaml").write_text(scene)
+    from horosphere.scenes import Scene
+
+    assert Scene.load(tmp_path / "scene.yaml").robot.n_joints == 5
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("pnada",), "unknown robot 'pnada'"),
+        (("none.urdf",), "none.urdf: no such file"),
+        (("humanoid-arm", "--link-radius", "-1"), "expected a positive radius"),
+        (("humanoid-arm", "--out", "/proc/none/x.yaml"), "cannot be made"),
+    ],
+)
+def test_bad_robots(run, words, message):
+    result = run("robot", *words)
+    assert result.code == 2 and message in result.err
+
+
+def test_urdf_with_two_tips(run, shared_data):
+    result = run("robot", shared_data / "panda_spheres.urdf")
+    assert result.code == 2 and "panda_grasptarget" in result.err and "tip" in result.err
+
+
+def test_nao_without_its_meshes(run, shared_data):
+    result = run("robot", shared_data / "nao.urdf", "--base", "torso", "--tip", "l_gripper")
+    assert result.code == 0 and re.search(r"collision mesh.*could not be used", result.out)
+    assert "WITHOUT collision body" in result.out
+
+
+def test_scenes(run, tmp_path):
+    listed = json.loads(run("scenes", "--json").out)
+    assert {"humanoid-reach", "panda-table", "nao-reach"} <= set(listed) and all(listed.values())
+    copy = tmp_path / "copy.yaml"
+    assert run("scenes", "humanoid-reach", "--out", copy).code == 0
+    assert copy.read_text() == run("scenes", "humanoid-reach").out
+    result = run("scenes", "humanoid")
+    assert result.code == 2 and "unknown scene 'humanoid'" in result.err
+
+
+def test_progress_is_told_after_a_while(monkeypatch, capsys):
+    import time
+
+    from horosphere.cli import _output
+
+    monkeypatch.setattr(_output, "PATIENCE", 0.05)
+    with _output.working("counting") as progress:
+        time.sleep(0.2)
+        progress.update("counting on")
+    with _output.working("a moment"):
+        pass
+    time.sleep(0.2)
+    captured = capsys.readouterr()
+    assert captured.err.splitlines() == ["counting ...", "counting on ..."] and captured.out == ""
+
+
+def test_all_errors_of_a_scene_are_told(run, tmp_path):
+    file = tmp_path / "bad.yaml"
+    file.write_text(
+        "horosphere/scene: 1\nrobot: {type: point, radius: -1}\nstart: {position: [0, 0, .nan]}\ngoal: {position: [1, 1, 1]}\n"
+    )
+    result = run("plan", file)
+    assert result.code == 2
+    assert [line.split(":")[2] for line in result.err.splitlines()] == ["2", "3"]
+
+
+def test_nobody_needs_to_listen_to_progress(monkeypatch):
+    import time
+
+    from horosphere.cli import _output
+
+    class Deaf:
+        encoding = "utf-8"
+
+        def isatty(self):
+            return False
+
+        def write(self, text):
+            raise BrokenPipeError
+
+        def flush(self):
+            raise BrokenPipeError
+
+    monkeypatch.setattr(sys, "stderr", Deaf())
+    monkeypatch.setattr(_output, "PATIENCE", 0.01)
+    with _output.working("counting") as progress:
+        time.sleep(0.05)
+        progress.update("counting on")
+
+
+def test_a_reader_that_goes_away_is_no_failure(tmp_path):
+    words = [sys.executable, "-m", "horosphere", "plan", "rn-fig1-basic", "--no-report", "--out", str(tmp_path)]
+    process = subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    process.stdout.close()
+    process.stderr.close()
+    assert process.wait(120) == 0
+    assert {p.name for p in tmp_path.iterdir()} == {"trajectory.npz", "trajectory.csv", "certificate.json"}

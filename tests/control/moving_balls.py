@@ -1,0 +1,180 @@
+"""An arm in the live loop among balls that fly about at random, and a witness of its own for every contact."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from scipy.optimize import linprog
+
+from horosphere import kinematics
+from horosphere.control import Reactive
+
+
+def sphere_centres(robot, Q):
+    """Centres (b, m, 3) and radii (m,) of a robot made of spheres: frames of the links times points, in plain numpy."""
+    frames = kinematics.frames(robot, Q).as_matrix()[:, robot.capsules.link]
+    return np.einsum("bmij,mj->bmi", frames[..., :3, :3], robot.capsules.a) + frames[..., :3, 3], robot.capsules.radius
+
+
+@dataclass
+class Flight:
+    """Balls between random points of a box, each at its own constant speed up to `speed`; those near the base turn back."""
+
+    rng: np.random.Generator
+    count: int
+    speed: float
+    low: tuple = (-0.9, -0.9, 0.05)
+    high: tuple = (0.9, 0.9, 1.2)
+    core: float = 0.25
+    centres: np.ndarray = field(init=False)
+    velocities: np.ndarray = field(init=False)
+    radii: np.ndarray = field(init=False)
+
+    def __post_init__(self):
+        self.low, self.high = np.array(self.low), np.array(self.high)
+        self.centres = self.rng.uniform(self.low, self.high, (self.count, 3))
+        self.centres[:, 0] = np.where(self.rng.uniform(size=self.count) < 0.5, -0.9, 0.9)
+        self.radii = self.rng.uniform(0.03, 0.1, self.count)
+        self.velocities = np.zeros((self.count, 3))
+        for k in range(self.count):
+            self.turn(k)
+
+    def turn(self, k):
+        way = self.rng.uniform(self.low, self.high) - self.centres[k]
+        self.velocities[k] = way / np.linalg.norm(way) * self.rng.uniform(0.2, 1.0) * self.speed
+
+    def advance(self, h):
+        for k in np.flatnonzero(
+            ((self.centres < self.low) & (self.velocities < 0)).any(1)
+            | ((self.centres > self.high) & (self.velocities > 0)).any(1)
+        ):
+            self.turn(k)
+        # what stands at the base cannot move away, so nothing flies there
+        out = self.centres * [1, 1, 0]
+        inside = np.linalg.norm(out, axis=1) < self.core + self.radii
+        inward = (out * self.velocities).sum(1) < 0
+        self.velocities[inside & inward] *= -1
+        self.centres = self.centres + h * self.velocities
+
+
+@dataclass(frozen=True)
+class Contact:
+    time: float
+    body: int
+    ball: int
+    depth: float
+    own_rate: float  # of the distance, by the robot's motion
+    closing: float  # of the ball, along the normal
+    retreat: (
+        float  # the fastest that any velocity within the limits could have moved the body away, other bodies considered
+    )
+    reason: str
+
+
+def fastest_retreat(robot, q, loop, contact_row, other_rows, dt=0.1):
+    """max a . u over velocity limits, joints that have room for `dt` seconds, and no motion onto what is as near."""
+    limits = loop._limits
+    low = np.maximum(-limits[2], (limits[0] - q) / dt)
+    high = np.minimum(limits[2], (limits[1] - q) / dt)
+    solution = linprog(
+        -contact_row,
+        A_ub=-other_rows if len(other_rows) else None,
+        b_ub=np.zeros(len(other_rows)) if len(other_rows) else None,
+        bounds=np.column_stack([np.minimum(low, 0), np.maximum(high, 0)]),
+    )
+    return float(-solution.fun)
+
+
+def rows_at(robot, q, centres, radii, below):
+    """Pairs nearer than `below`: distance, body, ball, and the gradient of the distance by finite differences."""
+
+    def distances(Q):
+        x, r = sphere_centres(robot, Q)
+        return np.linalg.norm(x[:, :, None] - centres[None, None], axis=-1) - r[:, None] - radii
+
+    e = 1e-6
+    stencil = np.concatenate([q[None], q + e * np.eye(len(q)), q - e * np.eye(len(q))])
+    d = distances(stencil)
+    n = len(q)
+    slope = (d[1 : 1 + n] - d[1 + n :]) / (2 * e)
+    return [(d[0, i, j], i, j, slope[:, i, j]) for i, j in zip(*np.nonzero(d[0] < below))]
+
+
+def simulate(robot, seconds, seed, *, speed, balls=8, period=1e-3, clearance=0.01, chunk=500, goals=None, **options):
+    """Runs the loop, new goals as it arrives or every 4 s. Returns contacts (first of each touch), steps by reason, least clearance."""
+    rng = np.random.default_rng(seed)
+    flight = Flight(rng, balls, speed)
+    q = np.array([0.0, -0.6, 0.0, -2.2, 0.0, 1.8, 0.7])
+    for _ in range(1000):  # no ball at the robot to begin with
+        x, r = sphere_centres(robot, q[None])
+        near = (np.linalg.norm(x[0][:, None] - flight.centres, axis=-1) - r[:, None] - flight.radii).min(0) < 0.1
+        if not near.any():
+            break
+        flight.centres[near] = rng.uniform(flight.low, flight.high, (near.sum(), 3))
+    loop = Reactive(
+        robot, (flight.centres, flight.radii), period=period, clearance=clearance, obstacle_speed=speed, **options
+    )
+    lower, upper = loop._limits[0], loop._limits[1]
+    contacts, touching, reasons, steps, least = [], set(), {}, [], np.inf
+    goal, since, reached = None, 0.0, 0
+    count = round(seconds / period)
+    unproved = 0
+    worst_speed = worst_acceleration = 0.0
+    before = np.zeros(robot.n_joints)
+    for start in range(0, count, chunk):
+        Q, Cs = [], []
+        for k in range(start, min(start + chunk, count)):
+            if goal is None or since > 4.0:
+                goal, since = rng.uniform(0.9 * lower, 0.9 * upper) if goals is None else goals(rng), 0.0
+                loop.set_goal(goal)
+            step = loop.step(q, obstacles=(flight.centres, flight.radii))
+            reasons[step.reason] = reasons.get(step.reason, 0) + 1
+            unproved += not step.proved
+            Q.append(q)
+            Cs.append((flight.centres, flight.velocities.copy(), step.dq, step.reason))
+            worst_speed = max(worst_speed, np.max(np.abs(step.dq) / loop._limits[2]))
+            worst_acceleration = max(worst_acceleration, np.max(np.abs(step.dq - before) / (period * loop._limits[3])))
+            before = step.dq
+            q, since = step.q_next, since + period
+            if step.reason == "arrived":
+                goal, reached = None, reached + 1
+            flight.advance(period)
+        x, r = sphere_centres(robot, np.array(Q))
+        moving = np.flatnonzero(robot.capsules.link > 0)
+        C = np.array([c[0] for c in Cs])
+        d = np.full((len(Q), len(C[0])), np.inf)
+        for i in moving:
+            d = np.minimum(d, np.linalg.norm(x[:, i, None] - C, axis=-1) - r[i] - flight.radii)
+        least = min(least, d.min())
+        for k, j in zip(*np.nonzero(d < 0.0)):
+            if (j, start + k - 1) not in touching:
+                centres, velocities, dq, reason = Cs[k]
+                rows = rows_at(robot, Q[k], centres, flight.radii, clearance)
+                depth, i, _, row = min((row for row in rows if row[2] == j), key=lambda row: row[0])
+                n = x[k, i] - centres[j]
+                n /= np.linalg.norm(n)
+                others = np.array([row[3] for row in rows if row[2] != j])
+                contacts.append(
+                    Contact(
+                        (start + k) * period,
+                        int(i),
+                        int(j),
+                        depth,
+                        float(row @ dq),
+                        float(n @ velocities[j]),
+                        fastest_retreat(robot, Q[k], loop, row, others),
+                        reason,
+                    )
+                )
+            touching.add((j, start + k))
+        touching = {(j, k) for j, k in touching if k >= start + chunk - 2}
+    return dict(
+        contacts=contacts,
+        reasons=reasons,
+        least=least,
+        reached=reached,
+        unproved=unproved,
+        speed=worst_speed,
+        acceleration=worst_acceleration,
+    )

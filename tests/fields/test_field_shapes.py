@@ -1,0 +1,123 @@
+"""Every obstacle a user may bring, checked with the exact distances of horosphere.shapes as witness."""
+
+import numpy as np
+import pytest
+
+from horosphere import maps, shapes
+from horosphere.entities import Plane, Sphere
+from horosphere.errors import InputError
+from horosphere.fields import HarmonicField
+
+
+def rotation(seed):
+    q = np.linalg.qr(np.random.default_rng(seed).standard_normal((3, 3)))[0]
+    return q * np.sign(np.linalg.det(q))
+
+
+def tetrahedron():
+    vertices = np.array([[0, 0, 0], [1.0, 0, 0], [0, 1.0, 0], [0, 0, 1.0]]) + [2.0, 2.2, -0.4]
+    return shapes.Mesh(vertices, np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]), name="wedge")
+
+
+def all_kinds():
+    rng = np.random.default_rng(0)
+    return [
+        shapes.Ball([2.0, 0.0, 0.3], 0.5, name="ball"),
+        shapes.Box([4.0, 0.5, 0.5], [0.4, 0.7, 0.2], rotation(1), name="box"),
+        shapes.Cylinder([1.0, -1.6, -0.5], [1.4, -1.2, 0.8], 0.3, name="can"),
+        shapes.Capsule([3.0, -1.5, 0.0], [4.2, -1.2, 0.6], 0.25, name="rod"),
+        shapes.Ellipsoid([2.6, 0.8, 1.6], [0.7, 0.2, 0.4], rotation(2), name="egg"),
+        tetrahedron(),
+        shapes.PointCloud(rng.normal(0, 0.15, (40, 3)) + [1.0, 1.4, 0.4], 0.05, name="cloud"),
+        shapes.HalfSpace([0, 0, 1.0], -1.5, name="floor"),
+    ]
+
+
+@pytest.mark.parametrize("margin", [0.0, 0.06])
+def test_all_kinds_at_once(margin):
+    obstacles = all_kinds()
+    field = HarmonicField([-0.5, 0.2, 0.1], obstacles, margin=margin)
+    assert field.certificate().granted, str(field.certificate())
+    assert any("box" in note for note in field.notes)
+    rng = np.random.default_rng(3)
+    for _ in range(12):
+        start = np.array([6.0, 0.0, 0.4]) + rng.uniform(-1, 1, 3) * [0.5, 2.0, 1.2]
+        path = field.trace(start, step=rng.choice([0.05, 0.5]))
+        dense = np.concatenate([path.points[:-1] + t * np.diff(path.points, axis=0) for t in np.linspace(0, 1, 5)])
+        assert path.reached
+        for shape in obstacles:
+            assert shape.signed_distance(dense).min() > margin - 1e-9, shape.name
+
+
+def test_entities_are_obstacles():
+    sphere = Sphere.from_center_radius([[2.0, 0, 0], [0.0, 2.0, 0]], [0.5, 0.4])
+    plane = Plane.from_normal_distance([0, 0, 1.0], -1.0)
+    field = HarmonicField([-1, 0, 0], [sphere, plane])
+    assert field.names == ("obstacle 0[0]", "obstacle 0[1]", "obstacle 1")
+    path = field.trace([4, 0.1, -0.9])
+    assert path.reached and path.points[:, 2].min() >= -1.0
+    assert field.trace([4, 0, -1.2]).reason.startswith("start outside the workspace")
+
+
+def test_planar_kinds_together():
+    """An aerofoil is alone conformal; in company it becomes a star and the whole stays certified."""
+    foil = maps.Joukowski.aerofoil(0.5, -0.06 + 0.05j, [0.0, 0.0], 0.3, name="foil")
+    others = [maps.lobed([2.5, 0.8], 0.5, 0.3, 5), maps.ellipsoid([2.3, -1.2], [0.9, 0.15])]
+    field = HarmonicField([-2.5, 0.3], [foil, *others, *[]])
+    assert field.certificate().granted and any("foil" in note for note in field.notes)
+    rng = np.random.default_rng(0)
+    for _ in range(8):
+        path = field.trace([4.5, rng.uniform(-1.5, 1.5)])
+        dense = np.concatenate([path.points[:-1] + t * np.diff(path.points, axis=0) for t in np.linspace(0, 1, 5)])
+        assert path.reached and not foil.contains(dense).any()
+        assert min(star.level(dense).min() for star in others) > 0.0
+
+
+def test_user_functions_in_four_dimensions():
+    def radius(u):
+        return 0.6 + 0.2 * u[:, 0] ** 2 + 0.1 * u[:, 1] * u[:, 2]
+
+    field = HarmonicField(np.zeros(4), [maps.star([2.0, 0, 0, 0], radius, name="mine")])
+    path = field.trace([4.5, 0.1, 0.0, -0.1], step=0.1)
+    assert path.reached and field.stars[0].level(path.points).min() > 0.0
+    np.testing.assert_allclose(np.linalg.norm(field([[4, 1, 0, 0], [2.8, 0.3, 0, 0]]), axis=1), 1.0)
+
+
+def test_overlapping_shapes_are_merged_about_a_common_point():
+    parts = [maps.ellipsoid([2.0, 0.0], [1.0, 0.2]), maps.ellipsoid([2.1, 0.1], [0.2, 1.0])]
+    field = HarmonicField([-1.0, 0.0], parts)
+    assert len(field.stars) == 1 and "merged" in field.notes[0]
+    path = field.trace([4.5, 0.05])
+    assert path.reached and min(p.level(path.points).min() for p in parts) > 0.0
+
+
+def test_step_is_bounded_and_safe_beside_stars():
+    field = HarmonicField([0.0, 0.0], [maps.ellipsoid([2.0, 0.0], [0.2, 1.5])])
+    x = np.array([4.0, 0.1])
+    for _ in range(400):
+        y = field.step(x, 0.05)
+        assert np.linalg.norm(y - x) <= 0.05 * (1 + 1e-9) and field.stars[0].level(y) > 0.0
+        x = y
+        if np.linalg.norm(x) < 1e-6:
+            break
+    assert np.linalg.norm(x) < 1e-6
+
+
+@pytest.mark.parametrize(
+    ("obstacles", "goal", "words"),
+    [
+        (
+            lambda: [shapes.Mesh(tetrahedron().vertices, tetrahedron().faces[:3], name="open")],
+            [0, 0, 0],
+            "open.*not watertight",
+        ),
+        (lambda: [shapes.Box([0, 0, 0], [1, 1, 1], np.eye(3), name="crate")], [0.5, 0, 0], "inside crate"),
+        (lambda: [shapes.HalfSpace([0, 0, 1.0], 0.0, name="floor")], [0, 0, -0.1], "0.1 m beyond floor"),
+        (lambda: [shapes.Ball([1.0, 2.0], 0.5)], [0, 0, 0], r"lies in R\^2"),
+        (lambda: [maps.lobed([1, 0], 0.3, 0.2, 5)], [0, 0, 0], r"lies in R\^2"),
+        (lambda: [maps.ellipsoid([1, 0], [1.0, 0.3])], [0.2, 0], "inside obstacle 0"),
+    ],
+)
+def test_bad_input(obstacles, goal, words):
+    with pytest.raises(InputError, match=words):
+        HarmonicField(goal, obstacles())

@@ -1,0 +1,79 @@
+"""What the README and the pages on scenes and the command line say, runs."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parent.parent
+PAGES = ("README.md", "docs/scenes.md", "docs/cli.md")
+
+
+def blocks(page, language):
+    return re.findall(rf"^```{language}\n(.*?)^```", (ROOT / page).read_text(), flags=re.MULTILINE | re.DOTALL)
+
+
+@pytest.mark.parametrize(("page", "k"), [(page, k) for page in PAGES for k in range(len(blocks(page, "python")))])
+def test_python(page, k, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    exec(compile(blocks(page, "python")[k], page, "exec"), {})
+
+
+def test_readme_python_tells_the_truth(capsys):
+    names = {}
+    exec(compile(blocks("README.md", "python")[0], "README.md", "exec"), names)
+    said, seen = (float(line.split()[-1]) for line in capsys.readouterr().out.splitlines())
+    assert names["plan"].solved and 0.014 <= said <= seen
+    assert names["tool"].as_euclidean().shape == (len(names["q"]), 3)
+
+
+@pytest.mark.parametrize("k", range(len(blocks("docs/scenes.md", "yaml"))))
+def test_yaml(k, tmp_path):
+    from horosphere.scenes import Scene
+
+    (tmp_path / "scene.yaml").write_text(blocks("docs/scenes.md", "yaml")[k])
+    Scene.load(tmp_path / "scene.yaml")
+
+
+def test_every_command_that_is_named_is_understood():
+    from horosphere.cli._app import build
+
+    app = build()
+    text = "".join((ROOT / page).read_text() for page in PAGES)
+    lines = set(
+        re.findall(
+            r"(?:^|`)(?:\./run )?horosphere ((?:plan|check|show|robot|scenes|warmup|field|snake)\b[^`#\n]*)",
+            text,
+            re.MULTILINE,
+        )
+    )
+    assert len(lines) > 6
+    for line in lines - {"robot"}:  # a command that is only mentioned
+        words = [word for word in line.split() if word != "..."]
+        app.parse_args(words, exit_on_error=False, print_error=False)  # raises on what it does not know
+
+
+def test_the_table_of_scene_fields_is_complete():
+    from horosphere.scenes import _schema
+
+    text = (ROOT / "docs" / "scenes.md").read_text()
+    models = [
+        *_schema.OBSTACLES.values(),
+        *_schema.MECHANISMS.values(),
+        *_schema.BODIES.values(),
+        _schema.UrdfRobot,
+        _schema.OptionFields,
+    ]
+    models += [_schema.FieldFields, _schema.ControlFields, _schema.PoseFields, _schema.PostureFields]
+    words = set(re.findall(r"\w+", text))
+    for model in models:
+        for field in model.model_fields:
+            assert field in words or f"{field.removesuffix('_deg')}" in words, f"{model.__name__}.{field}"
+    for kind in _schema.OBSTACLES:
+        assert f"`{kind}`" in text
+
+
+def test_links_lead_somewhere():
+    for page in PAGES:
+        for target in re.findall(r"\]\((?!http)([^)#]+)", (ROOT / page).read_text()):
+            assert ((ROOT / page).parent / target).exists(), f"{page}: {target}"
