@@ -1,3 +1,4 @@
+# ruff: noqa: B023, E501
 """Harmonic fields: speed, random worlds, peers, tracking.
 
 python benchmarks/fields.py speed

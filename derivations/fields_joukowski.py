@@ -1,3 +1,4 @@
+# ruff: noqa: E501
 """[Humanoid] (33), (34): the principal root maps half of the outside of an ellipse into the circle; adding a margin to both semi-axes
 does not keep it; the right root by the larger distance from the circle's centre."""
 

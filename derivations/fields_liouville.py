@@ -1,8 +1,9 @@
-"""[Humanoid] VIII says that the conformal mappings generalise to higher dimensions. Liouville: for n >= 3 only Moebius maps are conformal.
+# ruff: noqa: E501
+"""[Humanoid] VIII: the conformal mappings generalise to higher dimensions. Liouville: from n = 3 on all are Moebius maps.
 
-Infinitesimally: polynomial vector fields v of degree <= d with dv + dv^T = (2/n) div v I. In the plane their number grows with d without
-end (the holomorphic functions); from n = 3 on it stays (n+1)(n+2)/2, the dimension of the Moebius group, whatever d is. And
-these maps carry balls to balls: no ellipsoid's outside becomes a ball's outside.
+Infinitesimally: polynomial vector fields v of degree <= d with dv + dv^T = (2/n) div v I. In the plane their number grows
+with d without end (the holomorphic functions); from n = 3 on it stays (n+1)(n+2)/2, the dimension of the Moebius group.
+These maps carry balls to balls: no ellipsoid's outside becomes a ball's outside.
 """
 
 from itertools import product

@@ -1,4 +1,4 @@
-"""The statements of docs/fields.md on random worlds in R^2, R^3, R^4, R^6: safety, progress, rates, the sampled step, the shell map."""
+"""The statements of docs/fields.md on random worlds in R^2, R^3, R^4, R^6: safety, progress, rates, the sampled step."""
 
 import numpy as np
 

@@ -44,17 +44,15 @@ class Flight:
         way = self.rng.uniform(self.low, self.high) - self.centres[k]
         self.velocities[k] = way / np.linalg.norm(way) * self.rng.uniform(0.2, 1.0) * self.speed
 
-    def advance(self, h):
-        for k in np.flatnonzero(
-            ((self.centres < self.low) & (self.velocities < 0)).any(1)
-            | ((self.centres > self.high) & (self.velocities > 0)).any(1)
-        ):
-            self.turn(k)
-        # what stands at the base cannot move away, so nothing flies there
-        out = self.centres * [1, 1, 0]
-        inside = np.linalg.norm(out, axis=1) < self.core + self.radii
-        inward = (out * self.velocities).sum(1) < 0
-        self.velocities[inside & inward] *= -1
+    def advance(self, h, look=True):
+        if look:
+            leaving = ((self.centres < self.low) & (self.velocities < 0)) | ((self.centres > self.high) & (self.velocities > 0))
+            for k in np.flatnonzero(leaving.any(axis=1)):
+                self.turn(k)
+            # what stands at the base cannot move away, so nothing flies there
+            out = self.centres * [1.0, 1.0, 0.0]
+            inside = np.linalg.norm(out, axis=1) < self.core + self.radii
+            self.velocities[inside & ((out * self.velocities).sum(axis=1) < 0.0)] *= -1.0
         self.centres = self.centres + h * self.velocities
 
 
@@ -72,18 +70,18 @@ class Contact:
     reason: str
 
 
-def fastest_retreat(robot, q, loop, contact_row, other_rows, dt=0.1):
-    """max a . u over velocity limits, joints that have room for `dt` seconds, and no motion onto what is as near."""
+def fastest_retreat(loop, q, row, others, ahead=0.2):
+    """max a . u over the velocity limits, while no joint runs into its limit and no other pair touches within `ahead` seconds.
+
+    others: (distance, closing speed of the ball, gradient) of the other pairs that are near.
+    """
     limits = loop._limits
-    low = np.maximum(-limits[2], (limits[0] - q) / dt)
-    high = np.minimum(limits[2], (limits[1] - q) / dt)
-    solution = linprog(
-        -contact_row,
-        A_ub=-other_rows if len(other_rows) else None,
-        b_ub=np.zeros(len(other_rows)) if len(other_rows) else None,
-        bounds=np.column_stack([np.minimum(low, 0), np.maximum(high, 0)]),
-    )
-    return float(-solution.fun)
+    low = np.minimum(np.maximum(-limits[2], (limits[0] - q) / ahead), 0.0)
+    high = np.maximum(np.minimum(limits[2], (limits[1] - q) / ahead), 0.0)
+    A = np.array([-slope for _, _, slope in others]) if others else None
+    b = np.array([max(d, 0.0) / ahead - closing for d, closing, _ in others]) if others else None
+    solution = linprog(-row, A_ub=A, b_ub=b, bounds=np.column_stack([low, high]))
+    return float(-solution.fun) if solution.status == 0 else -np.inf  # squeezed: nothing helps
 
 
 def rows_at(robot, q, centres, radii, below):
@@ -98,11 +96,12 @@ def rows_at(robot, q, centres, radii, below):
     d = distances(stencil)
     n = len(q)
     slope = (d[1 : 1 + n] - d[1 + n :]) / (2 * e)
-    return [(d[0, i, j], i, j, slope[:, i, j]) for i, j in zip(*np.nonzero(d[0] < below))]
+    near = zip(*np.nonzero(d[0] < below))
+    return [(d[0, i, j], i, j, slope[:, i, j]) for i, j in near if robot.capsules.link[i] > 0]
 
 
-def simulate(robot, seconds, seed, *, speed, balls=8, period=1e-3, clearance=0.01, chunk=500, goals=None, **options):
-    """Runs the loop, new goals as it arrives or every 4 s. Returns contacts (first of each touch), steps by reason, least clearance."""
+def simulate(robot, seconds, seed, *, speed, balls=8, period=1e-3, clearance=0.01, chunk=500, goals=None, known=True, **options):
+    """Runs the loop, which may see how the balls move now (known) or not; new goals as it arrives or every 4 s. Returns contacts (first of each touch), steps by reason, least clearance."""
     rng = np.random.default_rng(seed)
     flight = Flight(rng, balls, speed)
     q = np.array([0.0, -0.6, 0.0, -2.2, 0.0, 1.8, 0.7])
@@ -128,7 +127,8 @@ def simulate(robot, seconds, seed, *, speed, balls=8, period=1e-3, clearance=0.0
             if goal is None or since > 4.0:
                 goal, since = rng.uniform(0.9 * lower, 0.9 * upper) if goals is None else goals(rng), 0.0
                 loop.set_goal(goal)
-            step = loop.step(q, obstacles=(flight.centres, flight.radii))
+            seen = flight.velocities if known else None
+            step = loop.step(q, obstacles=(flight.centres, flight.radii), obstacle_velocity=seen)
             reasons[step.reason] = reasons.get(step.reason, 0) + 1
             unproved += not step.proved
             Q.append(q)
@@ -139,7 +139,7 @@ def simulate(robot, seconds, seed, *, speed, balls=8, period=1e-3, clearance=0.0
             q, since = step.q_next, since + period
             if step.reason == "arrived":
                 goal, reached = None, reached + 1
-            flight.advance(period)
+            flight.advance(period, k % 8 == 0)
         x, r = sphere_centres(robot, np.array(Q))
         moving = np.flatnonzero(robot.capsules.link > 0)
         C = np.array([c[0] for c in Cs])
@@ -150,25 +150,22 @@ def simulate(robot, seconds, seed, *, speed, balls=8, period=1e-3, clearance=0.0
         for k, j in zip(*np.nonzero(d < 0.0)):
             if (j, start + k - 1) not in touching:
                 centres, velocities, dq, reason = Cs[k]
-                rows = rows_at(robot, Q[k], centres, flight.radii, clearance)
+                rows = rows_at(robot, Q[k], centres, flight.radii, 0.3)
                 depth, i, _, row = min((row for row in rows if row[2] == j), key=lambda row: row[0])
-                n = x[k, i] - centres[j]
-                n /= np.linalg.norm(n)
-                others = np.array([row[3] for row in rows if row[2] != j])
+
+                def closing(i, j, k=k, centres=centres, velocities=velocities):
+                    n = x[k, i] - centres[j]
+                    return float(n @ velocities[j] / np.linalg.norm(n))
+
+                others = [(e, closing(a, b), slope) for e, a, b, slope in rows if (a, b) != (i, j)]
+                retreat = fastest_retreat(loop, Q[k], row, others)
                 contacts.append(
                     Contact(
-                        (start + k) * period,
-                        int(i),
-                        int(j),
-                        depth,
-                        float(row @ dq),
-                        float(n @ velocities[j]),
-                        fastest_retreat(robot, Q[k], loop, row, others),
-                        reason,
+                        (start + k) * period, int(i), int(j), depth, float(row @ dq), closing(i, j), retreat, reason
                     )
                 )
             touching.add((j, start + k))
-        touching = {(j, k) for j, k in touching if k >= start + chunk - 2}
+        touching = {(j, k) for j, k in touching if k >= start + len(Q) - 2}
     return dict(
         contacts=contacts,
         reasons=reasons,

@@ -107,8 +107,7 @@ def test_paths_keep_the_clearance(name, seed):
             result.waypoints <= robot.limits.upper + 1e-6
         ).all()
         outer, inner = clearances(robot, along(result.waypoints, 40), obstacles)
-        assert outer.min() >= clearance and inner.min() >= 0.0, (outer.min(), inner.min())
-        assert result.margin == clearance
+        assert outer.min() >= result.margin >= clearance and inner.min() >= result.margin - clearance, (outer.min(), inner.min())
     assert solved >= 1  # random ends may lie in pockets that nothing leads out of
 
 
@@ -229,3 +228,24 @@ print(result.solved, len(result.waypoints), np.round(result.waypoints.sum(), 3))
 """
     plain, compiled = run(code, NUMBA_DISABLE_JIT="1"), run(code)
     assert plain.startswith("True") and compiled.startswith("True")
+
+
+def test_the_certificate_of_other_code_agrees():
+    """`horosphere.certify`: double precision, exact capsules, other bounds."""
+    from horosphere.certify import certify
+    from horosphere.scenes import JointTarget, Options, Scene, Trajectory
+
+    robot, rng = made("panda"), np.random.default_rng(7)
+    obstacles = [*furniture(rng, 5)[:5], HalfSpace([0, 0, 1], -0.7)]
+    checked = 0
+    for _ in range(4):
+        start, goal = (free(robot, rng, obstacles, 0.01, robot.limits.lower, robot.limits.upper) for _ in range(2))
+        result = connect(robot, start, goal, obstacles, clearance=0.01, time_limit=1.0)
+        if result.solved:
+            options = Options(clearance=result.margin, self_clearance=result.margin - 0.01)
+            scene = Scene(robot, JointTarget(start), JointTarget(goal), tuple(obstacles), options=options)
+            slow = np.arange(len(result.waypoints)) * 100.0
+            certificate = certify(scene, Trajectory(slow, result.waypoints, names=robot.joint_names))
+            assert certificate.certified, certificate
+            checked += 1
+    assert checked >= 2

@@ -69,8 +69,8 @@ def test_weaving_leaves_the_singular_postures():
 
 def test_failure_is_classified():
     snake = Snake(6)
-    ring = [[60 + 14 * np.cos(a), 14 * np.sin(a)] for a in np.arange(0, 2 * np.pi, 0.2)]
-    result = snake.navigate(straight(snake, 0, 0, 0.0), straight(snake, 64, 0, 0.0), (ring, np.full(len(ring), 1.5)))
+    ring = [[58 + 16 * np.cos(a), 16 * np.sin(a)] for a in np.linspace(0, 2 * np.pi, 10, endpoint=False)]
+    result = snake.navigate(straight(snake, 0, 0, 0.0), straight(snake, 64, 0, 0.0), (ring, np.full(len(ring), 5.0)))
     assert not result.solved
     assert result.failure in ("path", "body") and result.reason and len(result.attempts) > 3
 

@@ -314,7 +314,7 @@ def navigate(
     """
     from ..io import output_folder
     from ..scenes import Scene
-    from ..snake import Surroundings, motion_figure, navigate_scene, snake_of  # type: ignore[attr-defined]
+    from ..snake import Surroundings, motion_figure, navigate_scene, snake_of
 
     with out.working("navigating") as progress:
         problem = Scene.load(scene)

@@ -118,10 +118,12 @@ class Reactive:
         if not 0.0 < rate <= gamma / period:
             raise InputError(f"expected 0 < rate <= gamma / period = {gamma / period:g}, got {rate!r}", place="rate")
         gain = min(10.0, 0.2 / period) if gain is None else float(gain)
+        # a retreat has to begin at obstacle_speed / retreat: as far off as the slowest brake can make good
+        retreat = min(2.0 * float((limits[3] / limits[2]).min()), rate)
         self.rate = float(rate)
         self._par = np.array(
             [period, clearance, self_clearance, rate, gain, self._arm.tip, speed, turn, posture_gain, sweeps]
-            + [tolerance, angle_tolerance],
+            + [tolerance, angle_tolerance, retreat],
             dtype=np.float64,
         )
         self._posture = np.zeros(n)
@@ -206,6 +208,7 @@ class Reactive:
         if obstacle_speed is not self._speed or len(self._speeds) != len(self._solids.rows):
             self._set_speed(obstacle_speed)
         if len(self._solids.rows) != count or self._work is None:
+            self._velocities = np.full((len(self._solids.rows), 3), np.nan)
             self._work = workspace(self._arm, len(self._solids.rows), self._n)
             self._out = np.zeros(self._n + 13)
 
@@ -220,6 +223,14 @@ class Reactive:
         )
         self._speed = speed
 
+    def _velocity_rows(self, velocity: ArrayLike) -> Floats:
+        values = float_array(velocity, "obstacle_velocity", last=3, ndim=2)
+        if len(values) != len(self._solids.names):
+            raise InputError(
+                f"expected {len(self._solids.names)} velocities, got {len(values)}", place="obstacle_velocity"
+            )
+        return values if len(values) == len(self._owner) else values[self._owner]
+
     def step(
         self,
         q: ArrayLike,
@@ -227,11 +238,13 @@ class Reactive:
         obstacles: Any = None,
         obstacle_speed: ArrayLike | None = None,
         dq: ArrayLike | None = None,
+        obstacle_velocity: ArrayLike | None = None,
     ) -> Step:
         """The motion of the next period from q (n,), where the joints are now.
 
         What is not given stays as it was: goal, obstacles (where they are now) and the bound on their speed, m/s. dq: the
-        velocity, where it is not the one that the last step asked for. Raises InputError.
+        velocity, where it is not the one that the last step asked for. obstacle_velocity (k, 3): how they probably move now, m/s;
+        it tells from what to retreat (else from everything that may come), and is no part of the guarantee. Raises InputError.
         """
         from ._reactive_kernels import step_into
 
@@ -244,6 +257,8 @@ class Reactive:
                 self._set_speed(obstacle_speed)
             else:
                 self.set_obstacles(obstacles, obstacle_speed)
+        if obstacle_velocity is not None:
+            self._velocities[:] = self._velocity_rows(obstacle_velocity)
         if goal is not None and (goal is not self._goal or isinstance(goal, (np.ndarray, list))):
             self.set_goal(goal)
         if not self._has_goal:
@@ -258,6 +273,7 @@ class Reactive:
             *arm[:6],
             self._solids.rows,
             self._speeds,
+            self._velocities,
             arm.G,
             arm.P,
             self._limits,

@@ -3,7 +3,8 @@
 The robot comes as in `horosphere.distance._body_kernels`, its capsules sorted by frame:
   F (k, 2) int64: first capsule of each frame and one past the last      B (k, 4): a ball in the frame that holds them
   G (g, 5) int64: self-collision groups: two frames, the frame both hang from, first pair and one past the last
-  P (p, 2) int64: pairs of capsules      S, V: solids (rows of shapes.pack) and how fast each may move, m/s
+  P (p, 2) int64: pairs of capsules      S, V, E: solids (rows of shapes.pack), how fast each may move, m/s, and the velocity
+  that it probably has; of an unknown one (NaN) that it comes straight on
   M (5, n): lower, upper, velocity, acceleration limits, weights of the projection
   par: see the indices below      goal: kind (0 joints, 1 pose, 2 point), then q, or rotation by rows and position, or position
 A stop: the velocity u for one period, then (1 - i beta h) u in period i, beta = min a_j / |u_j|: the joints run straight, over
@@ -20,7 +21,7 @@ from ..distance._body_kernels import add_slope, inner, place, self_distance
 from ..distance._pair_kernels import segment_distance
 from ..kernels import jit
 
-PERIOD, MARGIN, OWN_MARGIN, RATE, GAIN, TIP, SPEED, TURN, POSTURE, SWEEPS, TOLERANCE, ANGLE = range(12)
+PERIOD, MARGIN, OWN_MARGIN, RATE, GAIN, TIP, SPEED, TURN, POSTURE, SWEEPS, TOLERANCE, ANGLE, RETREAT = range(13)
 MOVING, ARRIVED, BLOCKED, RETREATING, STOPPING, STOPPED = range(6)
 HALF_SPACE = 3.0
 TINY = 1e-12
@@ -225,14 +226,14 @@ def add_row(J, C, T, X, K, N, I, pair, k, margin, A, b, row):
 
 @inner
 def project(u, A, b, rows, M, lo, hi, lam, nu, sweeps):
-    """u becomes the nearest velocity (in the weights) with a . u >= b and lo <= u <= hi: Hildreth's sweeps.
+    """u becomes the nearest velocity (in the weights) with lo <= u <= hi and a . u >= b2, and >= b3, b4 if possible, for every row.
 
-    Every row may give way a little at a price (1e-4 of its own stiffness), so that rows which contradict each other or the
-    limits share what is missing; the limits never give way.
+    Hildreth's sweeps. A row may give way at a price, its own stiffness over 1e-4 for b2, 0.02 for b3, 0.3 for b4: where retreats
+    from several sides contradict each other, they share what is missing, and none costs another its b2. The limits never give way.
     """
     n = u.shape[0]
     for r in range(rows):
-        lam[r] = 0.0
+        lam[r, 0] = lam[r, 1] = lam[r, 2] = 0.0
     for c in range(n):
         clipped = min(max(u[c], lo[c]), hi[c])
         nu[c] = clipped - u[c]
@@ -245,13 +246,16 @@ def project(u, A, b, rows, M, lo, hi, lam, nu, sweeps):
                 s += A[r, c] * u[c]
                 g += M[4, c] * A[r, c] * A[r, c]
             if g > TINY:
-                old = lam[r]
-                new = max(0.0, old + (b[r, 2] - s - 1e-4 * g * old) / (1.0001 * g))
-                if new != old:
-                    lam[r] = new
-                    change = max(change, abs(new - old) * g)
-                    for c in range(n):
-                        u[c] += (new - old) * M[4, c] * A[r, c]
+                for level in range(3):
+                    give = (1e-4, 0.02, 0.3)[level]
+                    old = lam[r, level]
+                    new = max(0.0, old + (b[r, 2 + level] - s - give * g * old) / ((1.0 + give) * g))
+                    if new != old:
+                        lam[r, level] = new
+                        change = max(change, abs(new - old) * g)
+                        s += (new - old) * g
+                        for c in range(n):
+                            u[c] += (new - old) * M[4, c] * A[r, c]
         for c in range(n):
             free = u[c] - nu[c]
             clipped = min(max(free, lo[c]), hi[c])
@@ -429,7 +433,7 @@ def wanted(J, C, T, par, goal, posture, tool, q, M, Jt, H, u):
 
 
 @jit
-def step_into(J, C, L, K, F, B, S, V, G, P, M, par, goal, posture, tool, q, before, expected, work, I, out):
+def step_into(J, C, L, K, F, B, S, V, E, G, P, M, par, goal, posture, tool, q, before, expected, work, I, out):
     """One period: q (n,), velocity `before` (n,); `expected` (n,) is where q has to be for the stop from `before` to be proved.
 
     out: u (n,), reason, nearest solid (distance, capsule, solid), nearest own pair (3), proved, errors (2), time to rest, pairs,
@@ -465,7 +469,7 @@ def step_into(J, C, L, K, F, B, S, V, G, P, M, par, goal, posture, tool, q, befo
         J, C, L, F, B, K, S, V, G, P, T, X, M, par, top, longest, latest + h, N, I, A, b, out[n + 1 : n + 7]
     )
     error, angle = wanted(J, C, T, par, goal, posture, tool, q, M, Jt, H, base)
-    away, patience = False, np.inf
+    away = False
     for r in range(rows):
         p, speed = int(b[r, 2]), b[r, 1]
         i, j, stop = I[p, 0], I[p, 1], I[p, 3]
@@ -477,20 +481,22 @@ def step_into(J, C, L, K, F, B, S, V, G, P, M, par, goal, posture, tool, q, befo
             brake += 0.5 * abs(A[r, c]) * M[3, c]
         # room to slide along: the curved part of the way at this speed, and a little more
         room = b[r, 0] - SLIDE - 0.5 * bend * reach * reach
-        closing = closing_speed(room, brake, par[RATE]) - speed
-        away = away or (closing < 0.0 and (speed > 0.0 or room < -SLIDE))
+        calm = closing_speed(room, brake, par[RATE])  # what a body at rest would allow
+        coming = 0.0
+        if j < 0:
+            coming = N[p, 4] * E[I[p, 2], 0] + N[p, 5] * E[I[p, 2], 1] + N[p, 6] * E[I[p, 2], 2]
+            coming = 0.0 if math.isnan(coming) else max(coming, 0.0)
+        closing = calm
         if room > 0.0:
-            closing = min(closing, max((0.9 * room - speed * time) / reach, 0.0))
-        if closing < 0.0 and speed > 0.0:
-            closing = min(closing, -bend * reach)
+            closing = min(closing, (0.9 * room - speed * time) / reach)
+        if closing < 0.0:  # it has to part from what may be there before it rests
+            closing = -bend * reach if b[r, 0] < speed * time else 0.0
         if speed > 0.0:
-            patience = min(patience, 0.8 * max(room, 0.0) / speed)
+            calm = max(calm, par[RETREAT] * room)
         b[r, 2] = -closing
-    if patience < np.inf:  # fast only as long as rest comes before the obstacles can
-        time = stopping(base, M, h)[1]
-        if time > patience:
-            for c in range(n):
-                base[c] *= patience / time
+        b[r, 3] = max(coming - calm, -closing)  # from what it is seen to do
+        b[r, 4] = max(speed - calm, b[r, 3])  # from what it may do
+        away = away or (speed - calm > 0.0 and (speed > 0.0 or b[r, 0] < 0.0))
     reason = STOPPING
     sure = False
     if count >= 0:

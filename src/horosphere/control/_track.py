@@ -165,13 +165,15 @@ def tracking_inflation(radius: ArrayLike, distance: ArrayLike, speed: float, err
     result = np.empty(R.shape)
     for k in np.ndindex(R.shape):
         high = float(D[k] - R[k]) * (1.0 - 1e-9)
-        if speed * _outward_share(R[k], D[k], high) < error:
+        if speed * _outward_share(float(R[k]), float(D[k]), high) < error:
             result[k] = np.inf
             continue
         low = 0.0
         for _ in range(60):
             middle = 0.5 * (low + high)
-            low, high = (middle, high) if speed * _outward_share(R[k], D[k], middle) < error else (low, middle)
+            low, high = (
+                (middle, high) if speed * _outward_share(float(R[k]), float(D[k]), middle) < error else (low, middle)
+            )
         result[k] = high
     return result
 

@@ -15,7 +15,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class Unicycle:
-    """A disc that rolls forward at 0 <= v <= `max_speed` m/s and turns at |rate| <= `max_turn_rate` rad/s; speed changes are bounded."""
+    """A disc that rolls forward at 0 <= v <= `max_speed` m/s, turns at |rate| <= `max_turn_rate` rad/s, speeds up at bounded rate."""
 
     radius: float = 0.0
     max_speed: float = 1.0

@@ -81,10 +81,10 @@ def lay_out(goal: Array, obstacles: Any, margin: float, workspace: Any) -> Layou
                     place="obstacles",
                     remedy="move it off its neighbour or the wall",
                 )
-        chart = Shells.of(stars, list(widths))
+        shells = chart = Shells.of(stars, list(widths))
         notes += sampled
         centers = np.concatenate([centers, [star.center for star in stars]])
-        radii = np.concatenate([radii, chart.inner])
+        radii = np.concatenate([radii, shells.inner])
     names = (*(b[2] for b in balls), *(star.name for star in stars), *zones.wall_names)
     return Layout(centers, radii, walls, names, chart, tuple(stars), tuple(notes))
 

@@ -74,7 +74,7 @@ class FieldCertificate:
 def certify_field(field: HarmonicField) -> FieldCertificate:
     """Check every assumption of the theorems of docs/fields.md."""
     world, names = field.world, field.names
-    m, both, all_three = len(world.radii), (INVARIANCE, PROGRESS), (INVARIANCE, PROGRESS, CONVERGENCE)
+    m, all_three = len(world.radii), (INVARIANCE, PROGRESS, CONVERGENCE)
     far = np.linalg.norm(world.centers - world.goal, axis=1)
     checks: list[Check] = []
 
@@ -160,8 +160,8 @@ def _check_charges(field, world, far: Array, add) -> None:
     n = field.dimension
     safe = safe_charge(world.radii, far, n, rule="safe", exponent=p)
     most = safe_charge(world.radii, far, n, rule="monotone", exponent=p)
-    add("charge not below the least safe one, relative (no unit)", world.charges / safe - 1.0 + 1e-12, names, (INVARIANCE, CONVERGENCE),
-        "take rule='planar-log' or rule='safe'")  # fmt: skip
+    add("charge not below the least safe one, relative (no unit)", world.charges / safe - 1.0 + 1e-12, names,
+        (INVARIANCE, CONVERGENCE), "take rule='planar-log' or rule='safe'")  # fmt: skip
     add("charge not above the largest with progress, relative (no unit)", 1.0 - world.charges / most + 1e-12, names,
         (PROGRESS, CONVERGENCE), "take rule='planar-log', or an exponent of at most 1 + D / R")  # fmt: skip
 

@@ -79,7 +79,7 @@ def superposition_charges(
     M = interaction(centers, radii)
     if len(radii) and np.abs(np.linalg.eigvals(M)).max() >= 1.0:
         return single
-    return np.linalg.solve(np.eye(len(radii)) - M, single)
+    return np.asarray(np.linalg.solve(np.eye(len(radii)) - M, single), dtype=np.float64)
 
 
 def interaction(centers: NDArray[np.float64], radii: NDArray[np.float64]) -> NDArray[np.float64]:

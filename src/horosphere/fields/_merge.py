@@ -106,7 +106,7 @@ def _union(parts: list[Star], names: str):
     point = common_point(parts)
     if point is None:
         raise InputError("no point lies inside all of them")
-    seen = [ball_seen_from(point, p.center, p.near, name=p.name) if _is_ball(p) else p for p in parts]
+    seen = [ball_seen_from(point, p.center, p.outer, name=p.name) if _is_ball(p) else p for p in parts]
     yield union(seen, point, name=names)
 
 

@@ -125,7 +125,7 @@ def zone_outlines(field: HarmonicField) -> list[Array]:
 def _in_zones(field: HarmonicField, points: Array) -> NDArray[np.bool_]:
     z = field.chart.to_balls(points)
     m = len(field.world.radii)
-    inside = (field.world.clearances(z)[:, :m] < 0.0).any(axis=1)
+    inside = np.asarray((field.world.clearances(z)[:, :m] < 0.0).any(axis=1))
     for star in field.stars:
         inside |= star.contains(points)
     return inside

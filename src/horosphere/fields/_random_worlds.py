@@ -1,4 +1,7 @@
-"""Seeded random worlds: the families on which the guarantees are tried and the peers compared."""
+"""Seeded random worlds on which the guarantees are tried and the peers compared.
+
+Families: 20 discs; 60 balls in R^3; 80 balls in R^4; 60 balls in R^6; 8 flat ellipses; 8 lobed stars; 9 plates in R^3.
+"""
 
 from __future__ import annotations
 
@@ -36,7 +39,7 @@ class RandomWorld:
 
 
 def random_world(family: str, seed: int) -> RandomWorld:
-    """The world of `family` with this seed: 20 discs; 60 balls in R^3 and R^6, 80 in R^4; 8 flat ellipses, 8 lobed stars, 9 plates in R^3.
+    """The world of `family` with this seed: see the module's families.
 
     Zones keep gaps of at least 0.03 m. Raises InputError for an unknown family.
     """

@@ -57,7 +57,7 @@ class Joukowski:
         [Humanoid] section VII case (c): the chord is about 4 k long, the imaginary part of mu gives the camber.
         """
         k = _number(k, "k")
-        m = complex(mu) if np.ndim(mu) == 0 else _point(mu)
+        m = _point(mu) if np.ndim(mu) else complex(np.asarray(mu, dtype=np.complex128).item())
         if not k > 0.0:
             raise InputError(f"expected k > 0, got {k:g}", place="k")
         if not (np.isfinite(m) and m.real <= 0.0 and m != 0.0):
@@ -174,8 +174,8 @@ class Joukowski:
     def pull_gradient(self, x: Array, g: Array) -> Array:
         """The conjugate of dp/dq times g: the gradient at x of a function whose gradient at the image is g."""
         slope = self._derivative(self._to_circle(_complex(x, "x")))
-        g = _complex(g, "g")
-        return _pairs(np.conj(np.divide(1.0, slope, out=np.zeros_like(slope), where=slope != 0.0)) * g)
+        inverse = np.divide(1.0, slope, out=np.zeros_like(slope), where=slope != 0.0)
+        return _pairs(np.conj(inverse) * _complex(g, "g"))
 
 
 def _number(value, name: str) -> float:

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -33,7 +34,7 @@ class ShellMap:
     inner: tuple[float, ...]
 
     @classmethod
-    def of(cls, stars: Sequence[Star], widths: Sequence[float]) -> ShellMap:
+    def of(cls, stars: Sequence[Star], widths: Sequence[float]) -> Self:
         """The map with the stars' own inner radii; `widths` in metres, one a star."""
         if len(stars) != len(widths) or not all(w > 0.0 for w in widths):
             raise InputError(f"expected {len(stars)} shell widths above 0, got {list(widths)}", place="widths")

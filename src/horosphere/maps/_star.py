@@ -134,9 +134,8 @@ class NormStar(Star):
 
     def support(self, w: Array) -> Array:
         dual = tuple(p / (p - 1.0) for p in self.inner_powers)
-        return self._norm(np.asarray(w), np.linalg.inv(self.rows).T, dual, self.outer_power / (self.outer_power - 1.0))[
-            0
-        ]
+        rows = np.asarray(np.linalg.inv(self.rows).T, dtype=np.float64)
+        return self._norm(np.asarray(w), rows, dual, self.outer_power / (self.outer_power - 1.0))[0]
 
     @property
     def _widths(self) -> tuple[float, float]:

@@ -5,7 +5,7 @@ from typing import Any
 from ._plan import Plan as Plan
 from ._plan import plan as plan
 
-_LATER = {"harmonic_field": "_point"}  # what needs more than a scene is imported when it is asked for
+_LATER = {"harmonic_field": "_point", "Resampled": "_resample", "resample": "_resample", "time_optimal_path": "_time_optimal"}  # what needs more than a scene is imported when it is asked for
 
 
 def __getattr__(name: str) -> Any:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from ..errors import InputError, unknown_name
 from ..robots import Robot
 from ..scenes import Options, Trajectory
 
@@ -13,10 +14,15 @@ Floats = NDArray[np.float64]
 # Where a robot states no limit: a careful speed, and the acceleration that reaches full speed in a quarter of a second.
 DEFAULT_VELOCITY = 1.0
 DEFAULT_RISE_TIME = 0.25
+TIMINGS = ("smooth", "time-optimal")
 
 
 def motion_limits(robot: Robot, options: Options) -> tuple[Floats, Floats, tuple[str, ...]]:
     """Velocity and acceleration limits (n,) that a plan keeps, and a note for each kind that the robot does not state."""
+    if options.timing not in TIMINGS:
+        raise unknown_name("timing", options.timing, TIMINGS)
+    if options.jerk is not None and options.timing != "time-optimal":
+        raise InputError("a jerk limit needs timing: time-optimal", place="options.jerk")
     velocity, acceleration = robot.limits.velocity.copy(), robot.limits.acceleration.copy()
     notes = []
     if not np.isfinite(velocity).all():
@@ -34,8 +40,16 @@ def timed(robot: Robot, waypoints: Floats, options: Options) -> Trajectory:
 
     With the spline q(s) and the speed v = ds/dt <= V, |dv/dt| <= A, joint speeds are |q'| V and joint accelerations at
     most |q'| A + |q''| V^2; V and A are the largest that keep every limit with half of the acceleration for each term.
+    With `options.timing` time-optimal the same spline is run through by TOPP-RA; where that finds nothing, as above.
     """
     velocity, acceleration, _ = motion_limits(robot, options)
+    if options.timing == "time-optimal":
+        from ._time_optimal import time_optimal_path
+
+        jerk = None if options.jerk is None else np.full(robot.n_joints, options.jerk)
+        found = time_optimal_path(waypoints, velocity, acceleration, options.time_step, robot.joint_names, jerk)
+        if found is not None:
+            return found
     return timed_path(waypoints, velocity, acceleration, options.time_step, robot.joint_names)
 
 

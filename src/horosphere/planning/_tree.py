@@ -33,8 +33,8 @@ ROUNDS, TRIES, LEAST_GAIN = 3, 3, 0.03
 class TreeResult:
     """A path of joint motions that are straight between `waypoints` (m, n), or why there is none.
 
-    `margin`: every point of the path is certified to keep at least this distance (m) from obstacles. `iterations`: of the
-    trees. `timings`: seconds for pack, grow, simplify, certify. `rung`: the extra margin (m) the path was found with.
+    `margin`: every body is certified to keep at least this distance (m) from obstacles all along the path: the clearance
+    asked for, mostly more (and itself, by as much more than was asked for). `iterations`: of the trees. `timings`: seconds for pack, grow, simplify, certify. `rung`: the extra margin (m) the path was found with.
     """
 
     solved: bool
@@ -177,14 +177,19 @@ class _Search:
             with _timed(self.timings, "simplify"):
                 count = simplify(space.edge, room.path, count, ROUNDS, TRIES, LEAST_GAIN, *margins, *arrays)
         with _timed(self.timings, "certify"):
-            bad = certify(space.edge, room.path, count, *space.margins(self.clearance, self.self_clearance), *arrays)
-        if bad >= 0:
-            return None
+            for share in (0.5, 0.0) if rung else (0.0,):  # most paths keep half of the extra margin between their points too
+                extra = share * rung
+                margins = space.margins(self.clearance + extra, self.self_clearance + extra)
+                bad = certify(space.edge, room.path, count, *margins, *arrays)
+                if bad < 0:
+                    break
+            else:
+                return None
         points = room.path[:count].astype(np.float64) / space.model.weight
         ends = [float(np.abs(room.path[count - 1] - space.scaled(self.goals[g])).max()) for g in able]
         goal = able[int(np.argmin(ends))]
         points[0], points[-1] = self.start, self.goals[goal]
-        return TreeResult(True, points, goal, "", self.clearance, self.iterations, self.timings, rung)
+        return TreeResult(True, points, goal, "", self.clearance + extra, self.iterations, self.timings, rung)
 
     def _why(self, what: str, q: Floats, space: _Packed) -> str:
         text = nearest_contact(self.robot, q, self.shapes, self.clearance, self.self_clearance)

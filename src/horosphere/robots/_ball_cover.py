@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ._bodies import GRAIN, Body, enclosing_center
+from ._slack import slack_of
 from ._solid import Solid
 
 Floats = NDArray[np.float64]
@@ -39,28 +40,22 @@ def cover_by_balls(solid: Solid, budget: int, tolerance: float, seed: int = 0) -
             if high < 1.03 * low:
                 break
     balls, radii = _shrink(solid, centres[chosen])
-    slack = float(np.max(radii - solid.depth(balls)))
-    return [Body(c, c, float(r)) for c, r in zip(balls, radii)], slack
+    bodies = [Body(c, c, float(r)) for c, r in zip(balls, radii)]
+    return bodies, slack_of(bodies, solid)
 
 
 def _candidates(solid: Solid, rng: np.random.Generator) -> tuple[Floats, Floats]:
-    """Centres to try and their depths: the deepest cells of their surroundings, some others, points of the surface."""
-    inside, depth = solid.inside, solid.depth(solid.inside) if len(solid.inside) else np.zeros(0)
-    chosen = np.zeros(0, np.int64)
-    if len(inside):
-        block = np.floor(inside / (3.0 * solid.cell)).astype(np.int64)
-        order = np.lexsort((-depth, *block.T))
-        first = np.concatenate([[True], (block[order][1:] != block[order][:-1]).any(axis=1)])
-        deepest = order[first]
-        ways = [pool[rng.permutation(len(pool))[: CENTRES // 2]] for pool in (deepest, np.arange(len(inside)))]
-        chosen = np.unique(np.concatenate([*ways, np.argsort(depth)[-50:]]))
-    rest = max(CENTRES - len(chosen), CENTRES // 4)
-    skin = solid.vertices[rng.permutation(len(solid.vertices))[:rest]]
+    """Centres to try and their depths: cells deeper than those round them, any cells, points of the surface."""
+    chosen = np.zeros((0, 3))
+    if len(solid.inside):
+        ways = [pool[rng.permutation(len(pool))[: CENTRES // 3]] for pool in (solid.deepest(), solid.inside)]
+        chosen = np.concatenate(ways)
+    skin = solid.vertices[rng.permutation(len(solid.vertices))[: max(CENTRES - len(chosen), CENTRES // 4)]]
     # between the surfaces of thin parts lies no cell: the middles of pieces do as well
     middles = solid.middles()
     middles = middles[rng.permutation(len(middles))[: CENTRES // 6]]
-    more = np.concatenate([skin, middles])
-    return np.concatenate([inside[chosen], more]), np.concatenate([depth[chosen], solid.depth(more)])
+    centres = np.concatenate([chosen, skin, middles])
+    return centres, solid.depth(centres)
 
 
 def _needs(solid: Solid, centres: Floats) -> NDArray[np.float32]:
@@ -93,7 +88,7 @@ def _greedy(needs: NDArray[np.float32], radii: Floats, budget: int) -> list[int]
     return chosen
 
 
-def _shrink(solid: Solid, centres: Floats, rounds: int = 4) -> tuple[Floats, Floats]:
+def _shrink(solid: Solid, centres: Floats, rounds: int = 8) -> tuple[Floats, Floats]:
     """Each piece goes to the ball that it enlarges least; each ball moves to the middle of its pieces if that makes it stand
     out less. The radii are exact for what each holds."""
     centres = centres.copy()

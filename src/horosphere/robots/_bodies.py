@@ -28,6 +28,13 @@ class Body:
         return Body(rotation @ self.a + translation, rotation @ self.b + translation, self.radius, self.note)
 
 
+def distance_to_axis(points: Floats, body: Body) -> Floats:
+    """Distance (m,) of points (m, 3) to the segment of a capsule."""
+    u = body.b - body.a
+    t = np.clip((points - body.a) @ u / max(float(u @ u), 1e-300), 0.0, 1.0)
+    return np.linalg.norm(points - body.a - t[:, None] * u, axis=1)
+
+
 def fit_segment(along: Floats, across: Floats, pad: Floats | float = 0.0) -> tuple[float, float, float]:
     """Capsule on a given axis, of least volume, round balls at heights `along` and distances `across` from that axis.
 
@@ -51,6 +58,19 @@ def enclosing_center(points: Floats, rounds: int = 400) -> Floats:
         far = points[np.argmax(np.sum((points - center) ** 2, axis=1))]
         center = center + (far - center) / (k + 1.0)
     return center
+
+
+def enclosing_ball(centers: Floats, radii: Floats) -> Floats:
+    """Centre and radius (4,) of a small ball that holds balls (m, 3), (m,): stepping towards the furthest."""
+    best, radius = centers[0], np.inf
+    center = 0.5 * ((centers - radii[:, None]).min(axis=0) + (centers + radii[:, None]).max(axis=0))
+    for k in range(60):
+        reach = np.linalg.norm(centers - center, axis=1) + radii
+        far = int(np.argmax(reach))
+        if reach[far] < radius:
+            best, radius = center, float(reach[far])
+        center = center + (centers[far] - center) / (k + 3.0)
+    return np.array([*best, radius + GRAIN])
 
 
 def fit_capsule(points: Floats, pad: Floats | float = 0.0, rounds: int = 120, refine: int = 0) -> Body:
@@ -90,6 +110,22 @@ def _about(points: Floats, axis: Floats, pad: Floats | float, rounds: int) -> tu
 def from_sphere(radius: float) -> list[Body]:
     """A ball is a capsule of length zero: exact."""
     return [Body(np.zeros(3), np.zeros(3), radius, "sphere, exact")]
+
+
+def as_balls(body: Body, most: int, tolerance: float = 0.005) -> list[Body]:
+    """At most `most` balls along a capsule that hold it, no more than a slack of `tolerance` (m) needs.
+
+    With the outermost at its ends, balls of radius R hold a capsule of radius r if R^2 = r^2 + (half their distance)^2.
+    """
+    length = float(np.linalg.norm(body.b - body.a))
+    if length < 1e-9:
+        return [Body(body.a, body.a, body.radius + length, body.note)]
+    gaps = int(np.ceil(0.5 * length / np.sqrt(2.0 * body.radius * tolerance + tolerance**2)))
+    gaps = min(gaps, most - 1)
+    radius = float(np.hypot(body.radius, 0.5 * length / gaps)) if gaps else body.radius + 0.5 * length
+    places = body.a + (np.linspace(0.0, 1.0, gaps + 1) if gaps else np.array([0.5]))[:, None] * (body.b - body.a)
+    note = f"{body.note}; as balls, {radius - body.radius:.4f} m larger"
+    return [Body(p, p, radius + GRAIN, note) for p in places]
 
 
 def from_cylinder(radius: float, length: float) -> list[Body]:

@@ -129,7 +129,7 @@ def _arm(form, parameters, names, offsets, axes, tool, limits, rates, bodies, so
     n = len(axes)
     capsules = pack(bodies, list(names))
     bounds = Limits(-limits, limits, np.full(n, rates[0]), np.full(n, rates[1]), np.full(n, np.inf))
-    pairs, dropped = _pairs.choose_pairs(links, bounds, capsules)
+    pairs, table, dropped = _pairs.choose_pairs(links, bounds, capsules)
     text = ", ".join(f"{key}={value:g}" for key, value in parameters.items())
     return Robot(
         name=form.replace("_", "-"),
@@ -141,6 +141,7 @@ def _arm(form, parameters, names, offsets, axes, tool, limits, rates, bodies, so
         closed_form=(form, parameters),
         capsules=capsules,
         self_pairs=pairs,
+        pair_table=table,
         source=f"robots.{form}({text})" + (f", {source}" if source else ""),
         notes=("collision model: one capsule a segment", *dropped),
     )

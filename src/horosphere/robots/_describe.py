@@ -57,6 +57,12 @@ def describe(robot: Robot) -> dict[str, Any]:
             "bodies": bodies,
             "links": sorted({body["link"] for body in bodies}),
             "self_pairs": [[names[i], names[j]] for i, j in robot.self_pairs],
+            "pairs": [
+                {"links": [p.first, p.second], "checked": p.checked, "why": p.reason, "touching": p.touching}
+                for p in robot.pair_table
+            ],
+            "static_links": sorted({names[k] for k in robot.capsules.link[robot.static_bodies]}),
+            "allowed_obstacles": [list(pair) for pair in robot.allowed_obstacles],
         },
         "notes": list(robot.notes),
     }

@@ -1,4 +1,4 @@
-"""Robots as YAML files: the built-in catalogue, and what `save` writes.
+"""Robots from YAML files: the built-in catalogue, and what `save` writes.
 
     horosphere/robot: 1
     name: two-link
@@ -28,13 +28,16 @@ from ..errors import InputError, unknown_name
 from ..numeric import float_array
 from . import _pairs, _placement
 from ._bodies import Body
-from ._robot import Capsules, Limits, Link, Robot
+from ._robot import Capsules, Limits, Link, LinkPair, Robot
 from ._sidecar import read_capsules, read_yaml
 
-_TOP = ("horosphere/robot", "name", "source", "notes", "links", "tip", "tool", "closed_form", "capsules", "self_pairs")
+_TOP = (
+    *("horosphere/robot", "name", "source", "notes", "links", "tip", "tool", "closed_form", "capsules"),
+    *("self_pairs", "pairs", "allowed_obstacles"),
+)
 _FRAME = ("xyz", "rpy", "rpy_deg", "motor")
 _LINK = ("name", "parent", "joint", "type", "axis", "limits", "mimic", *_FRAME)
-_LIMITS = ("lower", "upper", "velocity", "acceleration", "effort")
+LIMIT_NAMES = ("lower", "upper", "velocity", "acceleration", "effort")
 
 
 def load_document(path: Path) -> Robot:
@@ -97,10 +100,7 @@ def build(document: Any, place: str) -> Robot:
     capsules = pack(
         read_capsules(_mapping(table.get("capsules", {}), names, f"{place}: capsules"), links, tip, tool), names
     )
-    if "self_pairs" in table:
-        pairs, dropped = np.array([[names.index(n) for n in pair] for pair in table["self_pairs"]], np.int64), []
-    else:
-        pairs, dropped = _pairs.choose_pairs(links, limits, capsules)
+    pairs, pair_table, dropped = _self_pairs(table, names, place) or _pairs.choose_pairs(links, limits, capsules)
     return Robot(
         name=str(table.get("name", "robot")),
         links=tuple(links),
@@ -113,7 +113,41 @@ def build(document: Any, place: str) -> Robot:
         self_pairs=pairs,
         source=str(table.get("source", place)),
         notes=(*map(str, table.get("notes", ())), *dropped),
+        pair_table=pair_table,
+        allowed_obstacles=tuple(_two(item, f"{place}: allowed_obstacles") for item in table.get("allowed_obstacles", ())),
     )
+
+
+def _self_pairs(
+    table: Mapping[str, Any], names: list[str], place: str
+) -> tuple[np.ndarray, tuple[LinkPair, ...], list[str]] | None:
+    """The pairs that a file gives, if it does: `pairs` with the reasons, or `self_pairs`, those that are checked."""
+    rows: list[LinkPair] = []
+    if "pairs" in table:
+        for k, raw in enumerate(table["pairs"]):
+            where = f"{place}: pairs[{k}]"
+            entry = _mapping(raw, ("links", "checked", "why", "touching"), where)
+            first, second = _two(entry.get("links"), f"{where}: links")
+            if not isinstance(entry.get("checked"), bool):
+                raise InputError("expected 'checked: true' or 'checked: false'", place=where)
+            share = entry.get("touching")
+            share = None if share is None else _number(share, f"{where}: touching")
+            rows.append(LinkPair(first, second, entry["checked"], str(entry.get("why", "")), share))
+        chosen = [(row.first, row.second) for row in rows if row.checked]
+    elif "self_pairs" in table:
+        chosen = [_two(item, f"{place}: self_pairs") for item in table["self_pairs"]]
+    else:
+        return None
+    for name in (name for pair in chosen for name in pair):
+        if name not in names:
+            raise unknown_name("link", name, names, place=f"{place}: pairs")
+    return np.array([[names.index(n) for n in pair] for pair in chosen], np.int64).reshape(-1, 2), tuple(rows), []
+
+
+def _two(value: Any, place: str) -> tuple[str, str]:
+    if not isinstance(value, list | tuple) or len(value) != 2:
+        raise InputError("expected two names", place=place)
+    return str(value[0]), str(value[1])
 
 
 def pack(bodies: Mapping[str, list[Body]], names: list[str]) -> Capsules:
@@ -124,51 +158,6 @@ def pack(bodies: Mapping[str, list[Body]], names: list[str]) -> Capsules:
     link = np.array([k for k, _ in flat], np.int64)
     a, b = np.array([body.a for _, body in flat]), np.array([body.b for _, body in flat])
     return Capsules(link, a, b, np.array([body.radius for _, body in flat]), tuple(body.note for _, body in flat))
-
-
-def save(robot: Robot, path: str | Path) -> None:
-    """Write a robot as YAML; `load` reads it back to the last bit. The file appears whole or not at all."""
-    import os
-
-    import yaml
-
-    path = Path(path)
-    names = robot.link_names
-    entries: list[dict[str, Any]] = []
-    seen: set[int] = set()
-    for link in robot.links:
-        entry: dict[str, Any] = {"name": link.name}
-        if link.parent >= 0:
-            entry |= {"parent": names[link.parent], "motor": link.origin.tolist()}
-        if link.kind != "fixed":
-            entry |= {"type": link.kind, "axis": link.axis.tolist()}
-            joint = robot.joint_names[link.coordinate]
-            if link.coordinate in seen or (link.multiplier, link.offset) != (1.0, 0.0):
-                entry["mimic"] = {"joint": joint, "multiplier": link.multiplier, "offset": link.offset}
-            else:
-                values = {key: float(getattr(robot.limits, key)[link.coordinate]) for key in _LIMITS}
-                entry |= {"joint": joint, "limits": {key: v for key, v in values.items() if np.isfinite(v)}}
-            seen.add(link.coordinate)
-        entries.append(entry)
-    bodies: dict[str, list[dict[str, Any]]] = {}
-    caps = robot.capsules
-    for k in range(len(caps)):
-        item = {"a": caps.a[k].tolist(), "b": caps.b[k].tolist(), "radius": float(caps.radius[k]), "note": caps.note[k]}
-        bodies.setdefault(names[caps.link[k]], []).append(item)
-    document: dict[str, Any] = {"horosphere/robot": 1, "name": robot.name, "source": robot.source, "links": entries}
-    document |= {"tip": names[robot.tip], "tool": {"motor": robot.tool.tolist()}, "capsules": bodies}
-    document |= {"self_pairs": [[names[i], names[j]] for i, j in robot.self_pairs], "notes": list(robot.notes)}
-    if robot.closed_form is not None:
-        document["closed_form"] = {robot.closed_form[0]: dict(robot.closed_form[1])}
-    text = yaml.safe_dump(document, sort_keys=False, default_flow_style=None, width=140)
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
-    try:
-        temporary.write_text(text, encoding="utf-8")
-        temporary.replace(path)
-    except OSError as error:
-        raise InputError(f"cannot be written: {error.strerror or error}", place=str(path)) from None
-    finally:
-        temporary.unlink(missing_ok=True)
 
 
 def _mapping(value: Any, allowed: Any, place: str) -> Mapping[str, Any]:
@@ -204,9 +193,9 @@ def _frame(entry: Mapping[str, Any], place: str) -> _placement.Floats:
 
 
 def _limits(given: Any, kind: str, place: str) -> list[float]:
-    table = _mapping(given, _LIMITS, f"{place}: limits")
+    table = _mapping(given, LIMIT_NAMES, f"{place}: limits")
     default = [-np.inf, np.inf, np.inf, np.inf, np.inf]
-    values = [_number(table[key], f"{place}: {key}") if key in table else default[k] for k, key in enumerate(_LIMITS)]
+    values = [_number(table[key], f"{place}: {key}") if key in table else default[k] for k, key in enumerate(LIMIT_NAMES)]
     if kind == "continuous":
         values[:2] = default[:2]
     if values[0] > values[1]:

@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
 from ..errors import InputError, unknown_name
 from . import _builtin, _chain, _pairs, _placement
-from ._bodies import Body
+from ._bodies import Body, as_balls
+from ._cover import CoverOptions, LinkCover, cover_link
 from ._document import load_document, pack
-from ._meshes import link_bodies
 from ._robot import Robot
 from ._sidecar import joint_segments, read_capsules
+from ._srdf import Srdf, read_srdf
 from ._urdf import read_urdf
 
 CATALOGUE = Path(__file__).parent / "catalogue"
@@ -34,21 +36,33 @@ def load(
     capsules: str | Path | Mapping[str, Any] | None = None,
     link_radius: float | None = None,
     locked: Mapping[str, float] | None = None,
+    srdf: str | Path | None = None,
+    group: str | None = None,
+    collision: Literal["capsules", "spheres"] = "capsules",
+    budget: int | None = None,
+    tolerance: float = 0.005,
+    geometry: Literal["auto", "collision", "visual"] = "auto",
 ) -> Robot:
     """A built-in robot by name, or a robot from a URDF or YAML file.
 
-    base, tip: links of a URDF between which the joints move (default: the root, and the only leaf). Joints beside
-    that chain are locked at zero, or at the limit nearest to it; a joint that mimics one of the chain moves with it.
-    `locked`: joints of the chain to lock, with their values (rad, m).
+    base, tip: links of a URDF between which the joints move (default: those of the SRDF's `group`, else the root and the only
+    leaf). Joints beside that chain are locked at zero, or at the limit nearest to it; a joint that mimics one of the chain moves
+    with it. `locked`: joints of the chain to lock, with their values (rad, m).
+    srdf: a MoveIt SRDF; the pairs of links that it disables are not checked against each other.
+    collision, budget, tolerance: geometry is covered by capsules (at most 4 round the meshes of a link, or `budget`) or by
+    spheres (16), no more than a slack of `tolerance` (m) needs. It lies inside them. `geometry`: which of the URDF's is covered;
+    "auto" is collision, and visual for links that have no collision geometry or whose collision meshes cannot be read.
     capsules: a capsule file, or a mapping like its `links`; it replaces the bodies of the links it names. link_radius
     (m): capsules of this radius along the joint-to-joint segments of those links of the chain that have no collision
     body otherwise.
-    Limits: the tighter of <limit> and the soft limits of <safety_controller>. Collision geometry becomes capsules
-    that contain it; `notes` say with what slack, what was missing, locked or left out. Nothing is ever downloaded.
-    Raises InputError (file:line) for what cannot be read, unknown links, contradictory limits, closed loops.
+    Limits: the tighter of <limit> and the soft limits of <safety_controller>. `notes` say what was covered and with what slack,
+    what was missing, locked or left out. Nothing is ever downloaded.
+    Raises InputError (file:line) for what cannot be read, unknown links, contradictory limits, closed loops, an SRDF that is
+    for another robot.
     """
     if link_radius is not None and not (np.isfinite(link_radius) and link_radius > 0):
         raise InputError(f"expected a positive radius in metres, got {link_radius!r}", place="link_radius")
+    options = CoverOptions(collision, budget, tolerance, geometry)
     text = str(name_or_path)
     path = Path(name_or_path)
     if text in names():
@@ -58,42 +72,54 @@ def load(
             raise InputError("no such file", place=text)
         robot = load_document(path)
     elif path.suffix.lower() in (".urdf", ".xml") or path.is_file():
-        return _from_urdf(path, base, tip, capsules, link_radius, locked or {})
+        given = Given(base, tip, capsules, link_radius, locked or {}, srdf, group)
+        return _from_urdf(path, given, options)
     elif path.suffix or "/" in text:
         raise InputError(
             "no such file", place=text, remedy="give a URDF, a robot YAML, or a built-in name", choices=names()
         )
     else:
         raise unknown_name("robot", text, names(), place="name_or_path")
-    if base is not None or tip is not None or locked:
-        raise InputError("base, tip and locked are for URDF files", place=text)
-    return robot if capsules is None and link_radius is None else _with_bodies(robot, capsules, link_radius)
+    if base is not None or tip is not None or locked or srdf is not None or group is not None:
+        raise InputError("base, tip, locked, srdf and group are for URDF files", place=text)
+    if capsules is None and link_radius is None and collision == "capsules":
+        return robot
+    return _with_bodies(robot, capsules, link_radius, options)
 
 
-def _from_urdf(
-    path: Path,
-    base: str | None,
-    tip: str | None,
-    capsules: str | Path | Mapping[str, Any] | None,
-    link_radius: float | None,
-    locked: Mapping[str, float],
-) -> Robot:
+@dataclass(frozen=True, slots=True)
+class Given:
+    """What the caller of `load` says about a URDF."""
+
+    base: str | None
+    tip: str | None
+    capsules: str | Path | Mapping[str, Any] | None
+    link_radius: float | None
+    locked: Mapping[str, float]
+    srdf: str | Path | None
+    group: str | None
+
+
+def _from_urdf(path: Path, given: Given, options: CoverOptions) -> Robot:
     urdf = read_urdf(path)
-    chain = _chain.build_chain(urdf, base, tip, locked)
-    notes = list(chain.notes)
-    bodies: dict[str, list[Body]] = {}
-    given = {} if capsules is None else read_capsules(capsules, chain.links, chain.tip, _placement.IDENTITY)
-    problems: dict[str, list[str]] = {}
-    for link in chain.links:
-        if link.name in given:
-            continue
-        bodies[link.name], trouble = link_bodies(urdf, link.name)
-        if trouble:
-            problems[link.name] = trouble
-    if problems:
-        first = next(iter(problems.values()))[0]
-        count = sum(map(len, problems.values()))
-        notes.append(f"{count} collision mesh(es) of {len(problems)} link(s) could not be used, for example: {first}")
+    srdf = None if given.srdf is None else read_srdf(Path(given.srdf), urdf)
+    if srdf is None and given.group is not None:
+        raise InputError("a group is named in an SRDF, and none is given", place="group", remedy="give srdf=")
+    base, tip, notes = given.base, given.tip, []
+    if srdf is not None:
+        notes.append(f"{len(srdf.disabled)} pairs of links are disabled by {srdf.path.name}")
+        chosen = srdf.chain(given.group) if given.group is not None or (base is None and tip is None) else None
+        if chosen is not None:
+            base, tip = base or chosen[0], tip or chosen[1]
+            notes.append(f"chain of the SRDF's group {chosen[2]!r}: {base} to {tip}")
+    chain = _chain.build_chain(urdf, base, tip, given.locked)
+    notes += chain.notes
+    sidecar = {} if given.capsules is None else read_capsules(given.capsules, chain.links, chain.tip, _placement.IDENTITY)
+    files: dict[str, Any] = {}
+    covers = {
+        link.name: cover_link(urdf, link.name, options, files) for link in chain.links if link.name not in sidecar
+    }
+    notes += _cover_notes(covers, options)
     robot = Robot(
         name=urdf.name,
         links=tuple(chain.links),
@@ -102,18 +128,51 @@ def _from_urdf(
         limits=chain.limits(),
         source=str(path),
     )
-    return _finish(robot, bodies, given, link_radius, notes, set(problems))
+    bodies = {name: found.bodies for name, found in covers.items()}
+    troubled = {name for name, found in covers.items() if found.problems}
+    return _finish(robot, bodies, sidecar, given.link_radius, notes, troubled, srdf)
 
 
-def _with_bodies(robot: Robot, capsules: str | Path | Mapping[str, Any] | None, link_radius: float | None) -> Robot:
+def _cover_notes(covers: Mapping[str, LinkCover], options: CoverOptions) -> list[str]:
+    """What was covered by how much, and what could not be read."""
+    notes: list[str] = []
+    problems = {name: found.problems for name, found in covers.items() if found.problems}
+    if problems:
+        first = next(iter(problems.values()))[0]
+        count = sum(map(len, problems.values()))
+        notes.append(f"{count} mesh(es) of {len(problems)} link(s) could not be used, for example: {first}")
+    fitted = {name: found for name, found in covers.items() if found.slack is not None}
+    if fitted:
+        worst = max(fitted, key=lambda name: fitted[name].slack or 0.0)
+        count = sum(map(len, (found.bodies for found in fitted.values())))
+        notes.append(
+            f"collision model: {count} {options.kind} hold the geometry of {len(fitted)} links "
+            f"({sum(found.triangles for found in fitted.values())} triangles); they stand out of it by at most "
+            f"{fitted[worst].slack:.4f} m ({worst})"
+        )
+    visual = [name for name, found in covers.items() if found.visual and found.bodies]
+    if visual and options.geometry == "auto":
+        notes.append(f"no usable collision geometry, so the visual one is covered: {', '.join(visual)}")
+    return notes
+
+
+def _with_bodies(
+    robot: Robot,
+    capsules: str | Path | Mapping[str, Any] | None,
+    link_radius: float | None,
+    options: CoverOptions,
+) -> Robot:
     bodies: dict[str, list[Body]] = {name: [] for name in robot.link_names}
     caps = robot.capsules
     for k in range(len(caps)):
         body = Body(caps.a[k], caps.b[k], float(caps.radius[k]), caps.note[k])
-        bodies[robot.link_names[caps.link[k]]].append(body)
+        found = bodies[robot.link_names[caps.link[k]]]
+        found += [body] if options.kind == "capsules" else as_balls(body, options.most, options.tolerance)
     given = {} if capsules is None else read_capsules(capsules, robot.links, robot.tip, robot.tool)
-    notes = [note for note in robot.notes if "not checked against each other" not in note]
-    return _finish(robot, bodies, given, link_radius, notes, set())
+    notes = [note for note in robot.notes if "checked" not in note]
+    if options.kind == "spheres":
+        notes.append("collision model: balls along the capsules")
+    return _finish(robot, bodies, given, link_radius, notes, set(), None)
 
 
 def _finish(
@@ -123,6 +182,7 @@ def _finish(
     link_radius: float | None,
     notes: list[str],
     troubled: set[str],
+    srdf: Srdf | None,
 ) -> Robot:
     """Put the collision model together, choose the self-collision pairs, and say what was done."""
     bodies = bodies | given
@@ -135,8 +195,9 @@ def _finish(
                 if bodies[name]:
                     by_radius.append(name)
     packed = pack(bodies, list(robot.link_names))
-    pairs, dropped = _pairs.choose_pairs(robot.links, robot.limits, packed)
+    pairs, table, dropped = _pairs.choose_pairs(robot.links, robot.limits, packed, srdf)
     bare = sorted(troubled - {name for name, found in bodies.items() if found})
+    partly = sorted(troubled - set(bare) - set(given))
     if given:
         count = sum(map(len, given.values()))
         notes.append(f"collision model: {count} capsules from the capsule file for {', '.join(sorted(given))}")
@@ -147,19 +208,9 @@ def _finish(
         notes.append(f"WITHOUT collision body: {some}; give capsules= (a capsule file) or link_radius=")
     elif not len(packed):
         notes.append("NO collision body at all; give capsules= (a capsule file) or link_radius=")
-    return Robot(
-        robot.name,
-        robot.links,
-        robot.tip,
-        robot.joint_names,
-        robot.limits,
-        robot.tool,
-        robot.closed_form,
-        packed,
-        pairs,
-        robot.source,
-        (*notes, *dropped),
-    )
+    if partly:
+        notes.append(f"INCOMPLETE, since some of their meshes could not be read: {', '.join(partly)}")
+    return replace(robot, capsules=packed, self_pairs=pairs, pair_table=table, notes=(*notes, *dropped))
 
 
 def link_index(robot: Robot, name: str) -> int:

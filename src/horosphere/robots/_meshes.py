@@ -1,73 +1,79 @@
-"""Collision geometry of a URDF link as capsules; where its meshes are on this disk."""
+"""Mesh files of a URDF: where they are on this disk, and their triangles."""
 
 from __future__ import annotations
 
 import os
+import re
 from pathlib import Path
 
 import numpy as np
 
-from . import _bodies, _placement
-from ._bodies import Body
-from ._urdf import Shape, Urdf
+from ..errors import InputError
+from ._bodies import Floats
+
+FORMATS = (".stl", ".obj", ".ply", ".dae", ".off", ".glb", ".gltf", ".3mf")
 
 
-def link_bodies(urdf: Urdf, link: str) -> tuple[list[Body], list[str]]:
-    """Capsules round the collision geometry of a link, in its frame, and what could not be read."""
-    bodies: list[Body] = []
-    problems: list[str] = []
-    for shape in urdf.collisions[link]:
-        if shape.kind == "sphere":
-            found = _bodies.from_sphere(*shape.sizes)
-        elif shape.kind == "cylinder":
-            found = _bodies.from_cylinder(*shape.sizes)
-        elif shape.kind == "box":
-            found = _bodies.from_box(np.array(shape.sizes))
-        else:
-            found, problem = _mesh_bodies(urdf, shape)
-            if problem:
-                problems.append(problem)
-        rotation, translation = _placement.rotation_translation(shape.origin)
-        bodies += [body.moved(rotation, translation) for body in found]
-    return bodies, problems
+def read_triangles(filename: str, scale: tuple[float, ...], urdf: Path) -> Floats:
+    """Corners (t, 3, 3) of the triangles of a mesh that a URDF names, scaled; metres.
 
-
-def _mesh_bodies(urdf: Urdf, mesh: Shape) -> tuple[list[Body], str]:
-    path = resolve(mesh.filename, urdf.path)
+    The unit that a COLLADA file states is applied, as ROS does; its up-axis is not. Raises InputError with the reason.
+    """
+    path = resolve(filename, urdf)
     if path is None:
-        return [], f"mesh {mesh.filename} not found"
+        raise InputError(f"mesh {filename} not found", remedy="set ROS_PACKAGE_PATH, or put it beside the URDF")
     import trimesh
 
     try:
-        loaded = trimesh.load(str(path), force="mesh")
-        vertices = np.asarray(loaded.vertices, float) * np.array(mesh.sizes)
-        if not len(loaded.faces) or not np.isfinite(vertices).all():
-            return [], f"mesh {mesh.filename} is empty or not finite"
-        return _bodies.from_triangles(vertices, np.asarray(loaded.faces, np.int64)), ""
-    except Exception as error:  # a reader of any of a dozen formats may fail in any way; the robot stays usable
-        return [], f"mesh {mesh.filename} cannot be read ({type(error).__name__}: {error})"
+        loaded = trimesh.load(str(path), force="mesh", process=False)
+        triangles = np.asarray(loaded.vertices, np.float64)[np.asarray(loaded.faces, np.int64)]  # type: ignore[union-attr]
+    except Exception as error:  # a reader of any of a dozen formats may fail in any way
+        if path.suffix.lower() == ".dae" and isinstance(error, ImportError | ValueError):
+            error = type(error)(f"{error}; COLLADA files need the package pycollada")
+        why = f"{type(error).__name__}: {error}" if path.suffix.lower() in FORMATS else f"no mesh format: {path.suffix}"
+        raise InputError(f"mesh {filename} cannot be read ({why})", choices=FORMATS) from None
+    if not len(triangles) or not np.isfinite(triangles).all():
+        raise InputError(f"mesh {filename} is empty or not finite")
+    return triangles * np.array(scale) * _unit(path)
+
+
+def _unit(path: Path) -> float:
+    if path.suffix.lower() != ".dae":
+        return 1.0
+    found = re.search(rb"<unit\b[^>]*\bmeter=[\"']([0-9.eE+-]+)[\"']", path.read_bytes()[:20_000])
+    return float(found.group(1)) if found else 1.0
 
 
 def resolve(filename: str, urdf: Path) -> Path | None:
-    """Local path of a mesh file name of a URDF, or None: `package://`, `file://`, absolute, or beside the file; never
-    downloads.
+    """Local path of a mesh file name of a URDF, or None: `package://`, `model://`, `file://`, absolute, or beside the file;
+    never downloads.
 
-    `package://name/rest` is looked up in every folder above the URDF (as `name/rest`, and as `rest` in a folder
-    called `name`), then in ROS_PACKAGE_PATH.
+    `package://name/rest` is looked up in every folder above the URDF (as `name/rest`, as `rest` in a folder called `name` or
+    with a `package.xml` of that name), then in ROS_PACKAGE_PATH and AMENT_PREFIX_PATH.
     """
-    if filename.startswith("package://"):
-        package, _, rest = filename.removeprefix("package://").partition("/")
+    scheme, _, inside = filename.partition("://")
+    if inside and scheme in ("package", "model"):
+        package, _, rest = inside.partition("/")
         candidates = []
         for folder in urdf.resolve().parents:
             candidates.append(folder / package / rest)
-            if folder.name == package:
+            if folder.name == package or _is_package(folder, package):
                 candidates.append(folder / rest)
         for text in filter(None, os.environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep)):
             candidates.append(Path(text) / package / rest)
             if Path(text).name == package:
                 candidates.append(Path(text) / rest)
-    elif "://" in filename and not filename.startswith("file://"):
+        for text in filter(None, os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep)):
+            candidates.append(Path(text) / "share" / package / rest)
+    elif inside and scheme != "file":
         return None
     else:
         candidates = [urdf.resolve().parent / filename.removeprefix("file://")]
     return next((path for path in candidates if path.is_file()), None)
+
+
+def _is_package(folder: Path, name: str) -> bool:
+    try:
+        return re.search(rf"<name>\s*{re.escape(name)}\s*</name>", (folder / "package.xml").read_text("utf-8")) is not None
+    except (OSError, UnicodeDecodeError):
+        return False

@@ -1,18 +1,25 @@
-"""Which links are checked against each other."""
+"""Which links are checked against each other, and why."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from . import _placement
-from ._robot import Capsules, Limits, Link
+from ._bodies import enclosing_ball
+from ._robot import Capsules, Limits, Link, LinkPair, Robot
+from ._srdf import Srdf
 
 Floats = NDArray[np.float64]
-SAMPLES = 48
+SAMPLES = 512
 SEED = 0
+ALWAYS = 0.95
+"""Bodies that overlap in this share of the configurations are too fat to tell anything, or touch by design."""
+OFTEN = 0.3
+"""From this share on, a note is made of a pair that stays checked."""
+RIGID = "no joint between them"
 
 
 def rigid_groups(links: Sequence[Link]) -> NDArray[np.int64]:
@@ -24,58 +31,150 @@ def rigid_groups(links: Sequence[Link]) -> NDArray[np.int64]:
     return group
 
 
-def neighbours(links: Sequence[Link], group: NDArray[np.int64], bodied: set[int]) -> set[tuple[int, int]]:
-    """Pairs of groups that touch at a joint, or at several joints in one point with only bodiless links between."""
-    found: set[tuple[int, int]] = set()
+def neighbours(links: Sequence[Link], group: NDArray[np.int64], bodied: set[int]) -> dict[tuple[int, int], str]:
+    """Pairs of groups that touch at a joint, or at several joints in one point with only bodiless links between, and why."""
+    found: dict[tuple[int, int], str] = {}
     for i, link in enumerate(links):
-        root, parent = i, link.parent
+        root, parent, reason = i, link.parent, "adjacent: joined by a joint"
         while parent >= 0:
-            found.add((int(group[i]), int(group[parent])))
+            found.setdefault((int(group[i]), int(group[parent])), reason)
             shift = np.linalg.norm(_placement.rotation_translation(links[root].origin)[1])
             if group[parent] != parent or int(parent) in bodied or shift > 1e-3:
                 break
-            root, parent = parent, links[parent].parent
-    return found
+            root, parent, reason = parent, links[parent].parent, "adjacent: joined by joints that meet in one point"
+    return found | {(j, i): why for (i, j), why in found.items()}
 
 
-def choose_pairs(links: Sequence[Link], limits: Limits, capsules: Capsules) -> tuple[NDArray[np.int64], list[str]]:
-    """Pairs of links (k, 2) whose capsules can meet in a way that means something, and why others were dropped.
+def choose_pairs(
+    links: Sequence[Link],
+    limits: Limits,
+    capsules: Capsules,
+    srdf: Srdf | None = None,
+    allowed: Collection[frozenset[str]] = (),
+) -> tuple[NDArray[np.int64], tuple[LinkPair, ...], list[str]]:
+    """Pairs of links (k, 2) to check, what is known of every pair, and notes.
 
-    Dropped: links of one rigid group or of neighbouring groups (they touch at the joint), and, with a note, pairs
-    whose capsules overlap in the middle of all limits or in more than half of 48 random configurations within the
-    limits (seed 0): there the capsules are too fat to tell.
+    Not checked: links without a joint between them; neighbours, whose bodies overlap at the joint (unless the SRDF enables the
+    pair); pairs that the SRDF disables or the caller allows; and pairs that overlap in at least 95 % of 512 random
+    configurations within the limits (seed 0), since no motion would be left. All others are checked, however seldom or often
+    they overlap in those: samples prove nothing of what a plan may touch.
     """
-    owners = np.unique(capsules.link)
+    owners = [int(i) for i in np.unique(capsules.link)]
     group = rigid_groups(links)
-    neighbour = neighbours(links, group, set(group[owners].tolist()))
-    pairs = [
-        (int(i), int(j))
-        for n, i in enumerate(owners)
-        for j in owners[n + 1 :]
-        if group[i] != group[j] and not {(group[i], group[j]), (group[j], group[i])} & neighbour
-    ]
-    if not pairs:
-        return np.zeros((0, 2), np.int64), []
-    low, high = np.clip(limits.lower, -np.pi, np.pi), np.clip(limits.upper, -np.pi, np.pi)
-    q = np.random.default_rng(SEED).uniform(low, high, (SAMPLES, len(low)))
-    q[0] = 0.5 * (low + high)
-    frames = _placement.link_frames(links, q)
-    a = _placement.move_points(frames[:, capsules.link], capsules.a)
-    b = _placement.move_points(frames[:, capsules.link], capsules.b)
-    kept, notes = [], []
+    neighbour = neighbours(links, group, {int(group[i]) for i in owners})
+    sampler = _Sampler(links, limits, capsules)
+    table: list[LinkPair] = []
+    kept: list[tuple[int, int]] = []
+    notes: list[str] = []
+    for n, i in enumerate(owners):
+        for j in owners[n + 1 :]:
+            first, second = links[i].name, links[j].name
+            pair = frozenset((first, second))
+            why = srdf.why_disabled(first, second) if srdf else None
+            adjacent = neighbour.get((int(group[i]), int(group[j])))
+            if group[i] == group[j]:
+                table.append(LinkPair(first, second, False, RIGID))
+                continue
+            if pair in allowed:
+                table.append(LinkPair(first, second, False, "allowed by the caller"))
+                continue
+            if adjacent and not (srdf and pair in srdf.enabled):
+                table.append(LinkPair(first, second, False, adjacent))
+                continue
+            share = sampler.touching(i, j)
+            if why is not None:
+                table.append(LinkPair(first, second, False, f"disabled in the SRDF: {why}", share))
+                if share > 0.0 and why == "Never":
+                    notes.append(
+                        f"{first} / {second}: the SRDF says they never touch, their bodies {_seen(share)}; not checked"
+                    )
+                continue
+            row, note = _by_samples(first, second, share)
+            table.append(row)
+            notes += [note] if note else []
+            kept += [(i, j)] if row.checked else []
+    return np.array(kept, np.int64).reshape(-1, 2), tuple(table), notes
+
+
+def judge(
+    robot: Robot, pairs: Sequence[tuple[int, int]], group: NDArray[np.int64], allowed: Collection[str]
+) -> tuple[tuple[LinkPair, ...], NDArray[np.int64], list[str]]:
+    """The same for pairs (link, object) of an object that does not overlap its neighbours by design: rows, pairs, notes."""
+    sampler = _Sampler(robot.links, robot.limits, robot.capsules)
+    table, kept, notes = [], [], []
     for i, j in pairs:
-        first, second = np.flatnonzero(capsules.link == i), np.flatnonzero(capsules.link == j)
-        m, n = np.repeat(first, len(second)), np.tile(second, len(first))
-        gap = segment_distance(a[:, m], b[:, m], a[:, n], b[:, n]) - capsules.radius[m] - capsules.radius[n]
-        touching = gap.min(axis=1) < 0.0
-        if touching[0] or touching.mean() > 0.5:
-            why = "in mid-range" if touching[0] else f"in {touching.mean():.0%} of random configurations"
-            notes.append(
-                f"{links[i].name} / {links[j].name} not checked against each other: their capsules overlap {why}"
-            )
+        first, second = robot.links[i].name, robot.links[j].name
+        if group[i] == group[j]:
+            table.append(LinkPair(first, second, False, RIGID))
+            continue
+        if first in allowed:
+            table.append(LinkPair(first, second, False, "allowed by the caller"))
+            continue
+        row, note = _by_samples(first, second, sampler.touching(i, j))
+        table.append(row)
+        notes += [note] if note else []
+        kept += [(i, j)] if row.checked else []
+    return tuple(table), np.array(kept, np.int64).reshape(-1, 2), notes
+
+
+def _seen(share: float) -> str:
+    return f"overlap in {round(share * SAMPLES)} of {SAMPLES} random configurations"
+
+
+def _by_samples(first: str, second: str, share: float) -> tuple[LinkPair, str]:
+    """Whether a pair is checked, from the share of configurations in which it touches; and a note where one is due."""
+    seen = _seen(share)
+    if share >= ALWAYS:
+        return LinkPair(first, second, False, f"always touching: they {seen}", share), (
+            f"{first} / {second} NOT checked against each other: their bodies {seen}, so nothing could be planned; "
+            "a tighter model (budget=, capsules=) makes the check possible"
+        )
+    row = LinkPair(first, second, True, f"they {seen}" if share else "not seen touching", share)
+    if share < OFTEN:
+        return row, ""
+    return row, (
+        f"{first} / {second} are checked, though their bodies {seen}: if they cannot meet in truth, allow them "
+        "(srdf=, with_allowed) or give a tighter model (budget=, capsules=)"
+    )
+
+
+class _Sampler:
+    """Overlaps of links in random configurations."""
+
+    def __init__(self, links: Sequence[Link], limits: Limits, capsules: Capsules) -> None:
+        low, high = np.clip(limits.lower, -np.pi, np.pi), np.clip(limits.upper, -np.pi, np.pi)
+        low, high = np.minimum(low, high), np.maximum(low, high)
+        q = np.random.default_rng(SEED).uniform(low, high, (SAMPLES, len(low)))
+        self.capsules = capsules
+        self.frames = _placement.link_frames(links, q)
+        self.cache: dict[int, tuple[Floats, Floats, Floats, Floats]] = {}
+
+    def _placed(self, i: int) -> tuple[Floats, Floats, Floats, Floats]:
+        """Ends a, b (samples, m, 3) and radii (m,) of the bodies of a link, and a ball round them (samples, 4)."""
+        if i not in self.cache:
+            caps, own = self.capsules, self.capsules.link == i
+            a, b, r = caps.a[own], caps.b[own], caps.radius[own]
+            ball = enclosing_ball(np.concatenate([a, b]), np.tile(r, 2))
+            frames = self.frames[:, i][:, None]
+            middle = _placement.move_points(frames, ball[None, :3])[:, 0]
+            around = np.column_stack([middle, np.full(len(middle), ball[3])])
+            ends = (_placement.move_points(frames, a), _placement.move_points(frames, b))
+            self.cache[i] = (*ends, r, around)
+        return self.cache[i]
+
+    def touching(self, i: int, j: int) -> float:
+        """Share of the configurations in which bodies of the two links overlap."""
+        a, b, r, first = self._placed(i)
+        c, d, s, second = self._placed(j)
+        near = np.linalg.norm(first[:, :3] - second[:, :3], axis=1) < first[:, 3] + second[:, 3]
+        if not near.any():
+            return 0.0
+        a, b, c, d = a[near, :, None], b[near, :, None], c[near, None], d[near, None]
+        if np.array_equal(a, b) and np.array_equal(c, d):
+            distance = np.linalg.norm(a - c, axis=-1)
         else:
-            kept.append((i, j))
-    return np.array(kept, np.int64).reshape(-1, 2), notes
+            distance = segment_distance(*np.broadcast_arrays(a, b, c, d))
+        return float((distance < r[:, None] + s).any(axis=(1, 2)).sum()) / SAMPLES
 
 
 def segment_distance(a: Floats, b: Floats, c: Floats, d: Floats) -> Floats:

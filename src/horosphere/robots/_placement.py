@@ -47,6 +47,23 @@ def from_translation(xyz: ArrayLike) -> Floats:
     return from_quaternion_translation([1.0, 0.0, 0.0, 0.0], xyz)
 
 
+def from_matrix(matrix: ArrayLike) -> Floats:
+    """Motor of a rigid motion (4, 4): the quaternion by its largest component."""
+    T = np.asarray(matrix, float)
+    R = T[:3, :3]
+    K = np.array(
+        [
+            [R[0, 0] + R[1, 1] + R[2, 2], R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]],
+            [0.0, R[0, 0] - R[1, 1] - R[2, 2], R[0, 1] + R[1, 0], R[0, 2] + R[2, 0]],
+            [0.0, 0.0, R[1, 1] - R[0, 0] - R[2, 2], R[1, 2] + R[2, 1]],
+            [0.0, 0.0, 0.0, R[2, 2] - R[0, 0] - R[1, 1]],
+        ]
+    )
+    K = np.triu(K) + np.triu(K, 1).T + np.eye(4)  # 4 q q^T
+    k = int(np.argmax(np.diag(K)))
+    return from_quaternion_translation(K[k] / np.linalg.norm(K[k]), T[:3, 3])
+
+
 def from_axis_angle(axis: ArrayLike, angle: Any) -> Floats:
     """Motor (..., 8) of a turn about a unit axis through the origin."""
     half = 0.5 * np.asarray(angle, float)[..., None]

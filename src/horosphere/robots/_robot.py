@@ -10,7 +10,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import InputError
+from ..errors import InputError, unknown_name
 from ..numeric import float_array
 
 Floats = NDArray[np.float64]
@@ -118,6 +118,20 @@ class Capsules:
         return Capsules(np.zeros(0, np.int64), np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0))
 
 
+@dataclass(frozen=True, slots=True)
+class LinkPair:
+    """Two links with collision bodies: whether they are checked against each other, and why (not).
+
+    `touching`: in which share of the sampled configurations their bodies overlapped; None if that was not looked at.
+    """
+
+    first: str
+    second: str
+    checked: bool
+    reason: str
+    touching: float | None = None
+
+
 @dataclass(frozen=True, eq=False)
 class Robot:
     """A kinematic tree with one tip, its limits and its collision model; data only, in SI units.
@@ -132,6 +146,8 @@ class Robot:
     closed_form: name and parameters of the closed-form inverse kinematics that applies, or None.
     self_pairs: (k, 2) pairs of links whose bodies are checked against each other.
     source, notes: where the robot came from, and what the loader did that its user should know.
+    pair_table: one entry for every two links with bodies, checked or not, and why; empty if nobody said.
+    allowed_obstacles: (link name, obstacle name) pairs that may touch.
     """
 
     name: str
@@ -145,6 +161,8 @@ class Robot:
     self_pairs: NDArray[np.int64] = field(default_factory=lambda: np.zeros((0, 2), np.int64))
     source: str = ""
     notes: tuple[str, ...] = ()
+    pair_table: tuple[LinkPair, ...] = ()
+    allowed_obstacles: tuple[tuple[str, str], ...] = ()
     memo: dict[str, Any] = field(default_factory=dict, init=False, repr=False)
     """What upper layers derived from this robot (packed arrays, compiled kernels), by name; never part of its value."""
 
@@ -152,6 +170,8 @@ class Robot:
         object.__setattr__(self, "links", tuple(self.links))
         object.__setattr__(self, "joint_names", tuple(self.joint_names))
         object.__setattr__(self, "notes", tuple(self.notes))
+        object.__setattr__(self, "pair_table", tuple(self.pair_table))
+        object.__setattr__(self, "allowed_obstacles", tuple((str(a), str(b)) for a, b in self.allowed_obstacles))
         object.__setattr__(self, "tool", frozen(float_array(self.tool, "tool", last=8, ndim=1)))
         object.__setattr__(self, "self_pairs", frozen(np.reshape(self.self_pairs, (-1, 2)), np.int64))
         place, n = f"robot {self.name!r}", len(self.joint_names)
@@ -173,6 +193,9 @@ class Robot:
         ):
             if index.size and (index.min() < 0 or index.max() >= len(self.links)):
                 raise InputError(f"{what} names link {index.max()} of {len(self.links)}", place=place)
+        for name, _ in self.allowed_obstacles:
+            if name not in self.link_names:
+                raise unknown_name("link", name, self.link_names, place=f"{place}: allowed_obstacles")
 
     def __reduce__(self):
         return Robot, tuple(getattr(self, item.name) for item in fields(self) if item.init)
@@ -197,6 +220,39 @@ class Robot:
         while path[-1]:
             path.append(self.links[path[-1]].parent)
         return tuple(reversed(path))
+
+    @cached_property
+    def static_bodies(self) -> NDArray[np.bool_]:
+        """Which capsules (m,) no joint moves: they stand still in the base frame, whatever q."""
+        moves = np.zeros(len(self.links), bool)
+        for i, link in enumerate(self.links):
+            moves[i] = link.kind != "fixed" or (link.parent >= 0 and moves[link.parent])
+        static = ~moves[self.capsules.link]
+        static.setflags(write=False)
+        return static
+
+    @cached_property
+    def link_bounds(self) -> Floats:
+        """A ball (links, 4) round the bodies of each link, in its frame: centre, radius; the radius is -1 if it has none."""
+        from ._bodies import enclosing_ball
+
+        bodies, balls = self.capsules, np.tile([0.0, 0.0, 0.0, -1.0], (len(self.links), 1))
+        for k in np.unique(bodies.link):
+            own = bodies.link == k
+            balls[k] = enclosing_ball(np.concatenate([bodies.a[own], bodies.b[own]]), np.tile(bodies.radius[own], 2))
+        return frozen(balls)
+
+    def with_attached(self, bodies: Any, **options: Any) -> Robot:
+        """The robot with an object that it holds: see `robots.attach`."""
+        from ._attach import attach
+
+        return attach(self, bodies, **options)
+
+    def with_allowed(self, *pairs: tuple[str, str]) -> Robot:
+        """The robot with contacts that are allowed: two link names, or a link's and an obstacle's. See `robots.allow`."""
+        from ._attach import allow
+
+        return allow(self, pairs)
 
     @cached_property
     def content(self) -> str:

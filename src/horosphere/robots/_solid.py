@@ -10,15 +10,15 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
-CELLS = 60_000
+CELLS = 40_000
 """Cells of the grid over the box of a mesh, about."""
-PIECES = 2_500
+PIECES = 1_500
 """Most pieces of the surface."""
-POINTS = 40_000
+POINTS = 25_000
 """Above so many points, crowded pieces are replaced by the corners of their boxes."""
-FINE = 0.85
-"""Longest edge, in cells, of the triangles that mark the grid: no point of one is half a cell from all its corners, so a walk
-from cell to cell through their faces cannot slip through the surface."""
+FINE = 1.7
+"""Longest edge, in cells, of the triangles that mark the grid with their corners and the middles of their edges: no point of one
+is half a cell from all of these, so a walk from cell to cell through their faces cannot slip through the surface."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -60,6 +60,15 @@ class Solid:
             result[deep] = np.sqrt(np.maximum(reach**2 - (FINE * self.cell) ** 2 / 3.0, 0.0))
         return result
 
+    def deepest(self) -> Floats:
+        """Centres (m, 3) of the enclosed cells that no neighbour lies deeper than, deepest first."""
+        from scipy.ndimage import distance_transform_edt, maximum_filter
+
+        depth = np.asarray(distance_transform_edt(self._enclosed))
+        best = np.argwhere(self._enclosed & (depth >= maximum_filter(depth, size=3)))
+        order = np.argsort(-depth[tuple(best.T)], kind="stable")
+        return self._origin + (best[order] + 0.5) * self.cell
+
     def most(self, values: Floats) -> Floats:
         """The largest of `values` (..., p), given at the points, over each piece (..., k)."""
         return np.maximum.reduceat(values, self.starts, axis=-1)
@@ -87,21 +96,22 @@ def make_solid(triangles: Floats) -> Solid:
     fine = split(triangles, FINE * cell)
     origin = low - 1.5 * cell
     shape = tuple(np.ceil((high - origin) / cell).astype(int) + 2)
-    index = np.floor((fine - origin) / cell).astype(np.int64)
     surface = np.zeros(shape, bool)
-    surface[tuple(index.reshape(-1, 3).T)] = True
+    for marks in (fine, 0.5 * (fine + np.roll(fine, -1, axis=1))):
+        surface[tuple(np.floor((marks.reshape(-1, 3) - origin) / cell).astype(np.int64).T)] = True
     outside = label(~surface)[0]
     outside = outside == outside[0, 0, 0]
     enclosed = ~(outside | surface)
-    near = binary_dilation(outside, np.ones((3, 3, 3), bool), iterations=2)
-    outer = fine[near[tuple(index.reshape(-1, 3).T)].reshape(-1, 3).any(axis=1)]
-    vertices = np.unique(fine.reshape(-1, 3), axis=0)
+    vertices = fine.reshape(-1, 3)[distinct(fine.reshape(-1, 3))[0]]
+    index = tuple(np.floor((vertices - origin) / cell).astype(np.int64).T)
+    # of a triangle that has a part in a cell beside an outside one, all corners are within three cells of that one
+    outer = vertices[binary_dilation(outside, np.ones((3, 3, 3), bool), iterations=3)[index]]
     inside = origin + (np.argwhere(enclosed) + 0.5) * cell
     coarse = 2.0 * cell
-    while len(np.unique(np.floor(vertices / coarse), axis=0)) > PIECES:
+    while len(np.unique(_keys(vertices, coarse))) > PIECES:
         coarse *= 1.25
     points, starts = _pieces(split(triangles, coarse), inside, cell, coarse)
-    return Solid(points, starts, inside, vertices, cell, origin, enclosed, cKDTree(vertices), cKDTree(outer.reshape(-1, 3)))
+    return Solid(points, starts, inside, vertices, cell, origin, enclosed, cKDTree(vertices), cKDTree(outer))
 
 
 def split(triangles: Floats, longest: float) -> Floats:
@@ -122,10 +132,12 @@ def split(triangles: Floats, longest: float) -> Floats:
 
 def _pieces(triangles: Floats, inside: Floats, cell: float, coarse: float) -> tuple[Floats, Integers]:
     """Points of the pieces one after the other, and where each starts."""
-    place = np.floor(triangles.mean(axis=1) / coarse).astype(np.int64)
-    rows = np.concatenate([np.repeat(place, 3, axis=0), triangles.reshape(-1, 3)], axis=1)
-    rows = np.unique(rows, axis=0)
-    points, starts = rows[:, 3:], _first_rows(rows[:, :3])
+    corners = triangles.reshape(-1, 3)
+    representative, number = distinct(corners)
+    place = np.unique(_keys(triangles.mean(axis=1), coarse), return_inverse=True)[1]
+    both = np.unique(np.repeat(place, 3) * len(representative) + number)
+    points = corners[representative[both % len(representative)]]
+    starts = _first_of_equal(both // len(representative))
     counts = np.diff(np.append(starts, len(points)))
     if len(points) > POINTS:
         low, high = (f.reduceat(points, starts, axis=0) for f in (np.minimum, np.maximum))
@@ -133,19 +145,35 @@ def _pieces(triangles: Floats, inside: Floats, cell: float, coarse: float) -> tu
         points = np.concatenate([points[np.repeat(~crowded, counts)], _corners(low[crowded], high[crowded])])
         counts = np.concatenate([counts[~crowded], np.full(int(crowded.sum()), 8)])
     if len(inside):
-        place = np.floor(inside / coarse).astype(np.int64)
-        order = np.lexsort(place.T)
-        first = _first_rows(place[order])
+        place = _keys(inside, coarse)
+        order = np.argsort(place, kind="stable")
+        first = _first_of_equal(place[order])
         low, high = (f.reduceat(inside[order], first, axis=0) for f in (np.minimum, np.maximum))
         points = np.concatenate([points, _corners(low - 0.5 * cell, high + 0.5 * cell)])
         counts = np.concatenate([counts, np.full(len(first), 8)])
     return np.ascontiguousarray(points), np.concatenate([[0], np.cumsum(counts)[:-1]]).astype(np.int64)
 
 
-def _first_rows(sorted_rows: NDArray[Any]) -> Integers:
-    """Where a new row starts."""
-    new = (sorted_rows[1:] != sorted_rows[:-1]).any(axis=1)
-    return np.concatenate([[0], np.flatnonzero(new) + 1]).astype(np.int64)
+def distinct(points: Floats) -> tuple[Integers, Integers]:
+    """Positions of distinct rows of `points` (m, 3), and which of them each row equals: by a hash of the bits, then checked."""
+    bits = (points + 0.0).view(np.uint64)  # -0.0 is 0.0
+    mixed = bits * np.array([0x9E3779B97F4A7C15, 0xC2B2AE3D27D4EB4F, 0x165667B19E3779F9], np.uint64)
+    mixed ^= mixed >> np.uint64(29)
+    _, first, number = np.unique(mixed.sum(axis=1), return_index=True, return_inverse=True)
+    if not np.array_equal(points[first][number], points):
+        _, first, number = np.unique(points, axis=0, return_index=True, return_inverse=True)
+    return first, number.reshape(-1)
+
+
+def _keys(points: Floats, side: float) -> Integers:
+    """One number a point, the same for points in the same cell of a grid."""
+    place = np.floor(points / side).astype(np.int64) + (1 << 20)
+    return (place[:, 0] << 42) | (place[:, 1] << 21) | place[:, 2]
+
+
+def _first_of_equal(ordered: Integers) -> Integers:
+    """Where a new value starts."""
+    return np.concatenate([[0], np.flatnonzero(ordered[1:] != ordered[:-1]) + 1]).astype(np.int64)
 
 
 def _corners(low: Floats, high: Floats) -> Floats:

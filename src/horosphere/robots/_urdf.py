@@ -17,12 +17,13 @@ from . import _placement
 
 MOVABLE = ("revolute", "continuous", "prismatic")
 REFUSED = ("floating", "planar")
+SHAPES = ("sphere", "cylinder", "capsule", "box", "mesh")
 REMEDY_XML = "repair the file; xacro files must be expanded first (xacro robot.xacro > robot.urdf)"
 
 
 @dataclass(frozen=True, slots=True)
 class Shape:
-    """A collision shape in its link's frame: sphere (radius), cylinder (radius, length), box (sides), mesh (scale)."""
+    """A shape in its link's frame: sphere (radius), cylinder and capsule (radius, length along z), box (sides), mesh (scale)."""
 
     kind: str
     sizes: tuple[float, ...]
@@ -51,7 +52,7 @@ class Joint:
 
 @dataclass(slots=True)
 class Urdf:
-    """What a URDF file says: links, the joint that carries each, collision shapes."""
+    """What a URDF file says: links, the joint that carries each, collision and visual shapes."""
 
     path: Path
     name: str
@@ -59,6 +60,7 @@ class Urdf:
     joints: dict[str, Joint] = field(default_factory=dict)
     """By the name of the child link."""
     collisions: dict[str, list[Shape]] = field(default_factory=dict)
+    visuals: dict[str, list[Shape]] = field(default_factory=dict)
 
     def place(self, joint: Joint) -> str:
         """file:line: joint 'name', for error messages."""
@@ -74,15 +76,14 @@ class Urdf:
 
 def read_urdf(path: Path) -> Urdf:
     """Read and check a URDF file; meshes are only named, not opened."""
-    root = _parse_xml(path)
+    root = parse_xml(path)
     _check(root, path)
     urdf = Urdf(path, root.get("name") or path.stem)
     for element in root.iterfind("link"):
         name = element.get("name")
         urdf.links.append(name)
-        urdf.collisions[name] = [
-            _shape(item) for item in element.iterfind("collision") if item.find("geometry") is not None
-        ]
+        for what, shapes in (("collision", urdf.collisions), ("visual", urdf.visuals)):
+            shapes[name] = [_shape(item) for item in element.iterfind(what) if item.find("geometry") is not None]
     names, seen = set(urdf.links), {}
     for element in root.iterfind("joint"):
         joint = _joint(element)
@@ -156,7 +157,8 @@ def _joint(element: Any) -> Joint:
     )
 
 
-def _parse_xml(path: Path) -> Any:
+def parse_xml(path: Path, what: str = "a URDF") -> Any:
+    """The root of an XML file, which must be <robot>."""
     if not path.is_file():
         raise InputError("no such file", place=str(path))
     from lxml import etree
@@ -172,7 +174,7 @@ def _parse_xml(path: Path) -> Any:
         raise InputError(f"cannot be read: {error}", place=str(path)) from None
     if root.tag != "robot":
         raise InputError(
-            f"the root element is <{root.tag}>, not <robot>", place=f"{path}:{root.sourceline}", remedy=REMEDY_XML
+            f"the root element is <{root.tag}>, not <robot> as in {what}", place=f"{path}:{root.sourceline}", remedy=REMEDY_XML
         )
     return root
 
@@ -186,12 +188,14 @@ _NUMBERS = {
     "safety_controller": (("soft_lower_limit", 1), ("soft_upper_limit", 1)),
     "sphere": (("radius", 1),),
     "cylinder": (("radius", 1), ("length", 1)),
+    "capsule": (("radius", 1), ("length", 1)),
     "box": (("size", 3),),
     "mesh": (("scale", 3),),
 }
 _REQUIRED = {
     "sphere": ("radius",),
     "cylinder": ("radius", "length"),
+    "capsule": ("radius", "length"),
     "box": ("size",),
     "mesh": ("filename",),
     "mimic": ("joint",),
@@ -225,8 +229,8 @@ def _check_numbers(element: Any, place: str) -> None:
             raise InputError(f"<{element.tag}> without {attribute}", place=place)
     if element.tag == "geometry" and len(element) != 1:
         raise InputError(f"<geometry> holds {len(element)} shapes, not one", place=place)
-    if element.tag == "geometry" and element[0].tag not in ("sphere", "cylinder", "box", "mesh"):
-        raise unknown_name("shape", element[0].tag, ("sphere", "cylinder", "box", "mesh"), place=place)
+    if element.tag == "geometry" and element[0].tag not in SHAPES:
+        raise unknown_name("shape", element[0].tag, SHAPES, place=place)
     for attribute, count in _NUMBERS.get(element.tag, ()):
         text = element.get(attribute)
         if text is None:
@@ -241,7 +245,7 @@ def _check_numbers(element: Any, place: str) -> None:
             )
         if not all(np.isfinite(values)) and not (element.tag == "limit" and not any(np.isnan(values))):
             raise InputError(f"<{element.tag} {attribute}={text!r}>: expected finite numbers", place=place)
-        if element.tag in ("sphere", "cylinder", "box") and min(values) < 0:
+        if element.tag in ("sphere", "cylinder", "capsule", "box") and min(values) < 0:
             raise InputError(f"<{element.tag} {attribute}={text!r}>: negative size", place=place)
 
 
@@ -270,6 +274,14 @@ def _check_joint(element: Any, place: str) -> None:
             )
 
 
+def _loop(urdf: Urdf, link: str) -> list[str]:
+    """The links that go round in a circle above a link, the first named again at the end."""
+    path = [link]
+    while path.count(path[-1]) < 2:
+        path.append(urdf.joints[path[-1]].parent)
+    return path[path.index(path[-1]) :][::-1]
+
+
 def _check_tree(urdf: Urdf) -> None:
     """Nothing goes round in a circle, and mimics have a master."""
     joints = {joint.name: joint for joint in urdf.joints.values()}
@@ -280,7 +292,11 @@ def _check_tree(urdf: Urdf) -> None:
         while link in urdf.joints and steps <= len(urdf.links):
             link, steps = urdf.joints[link].parent, steps + 1
         if steps > len(urdf.links):
-            raise InputError(f"link {child!r} is its own ancestor", place=urdf.place(joint))
+            raise InputError(
+                f"link {child!r} is its own ancestor: {' > '.join(_loop(urdf, child))}",
+                place=urdf.place(joint),
+                remedy="closed loops are not supported: cut the loop at one joint",
+            )
         master, steps = joint, 0
         while master.mimic is not None:
             if master.mimic[0] not in joints:

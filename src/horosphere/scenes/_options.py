@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 
 METHODS = ("auto", "field", "tree")
+TIMINGS = ("smooth", "time-optimal")
 BLENDINGS = ("W1", "W2")
 LAWS = ("implicit-unit-vector", "explicit", "boundary-layer", "super-twisting")
 
@@ -15,7 +16,8 @@ class Options:
     """For the planner: metres, radians, seconds.
 
     `clearance` is kept between every part of the robot and every obstacle; `max_joint_step` bounds the change of each joint
-    between waypoints; `method` is auto, field (no tree search) or tree.
+    between waypoints; `method` is auto, field (no tree search) or tree. `timing` is smooth (a trapezoid of the speed along the path)
+    or time-optimal, which also keeps a limit of every joint's `jerk` (rad or m, per s^3) where there is one.
     """
 
     clearance: float = 0.01
@@ -30,6 +32,8 @@ class Options:
     velocity_scale: float = 1.0
     acceleration_scale: float = 1.0
     time_step: float = 0.01
+    timing: str = "smooth"
+    jerk: float | None = None
 
 
 @dataclass(frozen=True, slots=True)

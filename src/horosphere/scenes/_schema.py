@@ -341,6 +341,8 @@ class OptionFields(Section):
     velocity_scale: Fraction | None = None
     acceleration_scale: Fraction | None = None
     time_step: Positive | None = None
+    timing: Literal["smooth", "time-optimal"] | None = None
+    jerk: Positive | None = None
 
 
 class FieldFields(Section):

@@ -1,6 +1,6 @@
 """Snake robots in the plane: kinematics, exact controllability, motion, steering and navigation."""
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ._bracket_control import BracketControl as BracketControl
 from ._bracket_control import bracket_control as bracket_control
@@ -24,6 +24,12 @@ from ._word import word_text as word_text
 from ._world import SnakeCertificate as SnakeCertificate
 from ._world import Surroundings as Surroundings
 
+if TYPE_CHECKING:
+    from ._scene import certificate_of as certificate_of
+    from ._scene import navigate_scene as navigate_scene
+    from ._scene import snake_of as snake_of
+    from ._scene import trajectory_of as trajectory_of
+
 
 def __getattr__(name: str) -> Any:
     if name in (
@@ -31,7 +37,7 @@ def __getattr__(name: str) -> Any:
         "snake_of",
         "trajectory_of",
         "certificate_of",
-    ):  # scenes are read only where they are used
+    ):  # what reads scenes is imported when asked for
         from . import _scene
 
         return getattr(_scene, name)

@@ -156,7 +156,7 @@ def _one_plan(
     body = joints1[-2:0:-1]  # Q_N .. Q_1 of the goal
     enter = _direction(body[1] - body[0]) if len(body) > 1 else _direction(joints1[0] - joints1[1])
     approach, reason, line = None, "path: no free gate behind the goal's body", None
-    for back, aside in _GATES:
+    for back, aside in _GATES if radius >= 3.0 * size else _GATES[:3]:
         c, sn = np.cos(aside), np.sin(aside)
         way = np.array([c * enter[0] - sn * enter[1], sn * enter[0] + c * enter[1]])
         gate = body[0] - back * radius * way
@@ -168,7 +168,7 @@ def _one_plan(
             continue
         line = field_line
         entry = (float(gate[0]), float(gate[1]), float(np.arctan2(way[1], way[0])))
-        approach = _enter(around, line, entry, radius, step, margin)
+        approach = _enter(around, line, entry, radius, step, margin, required)
         if approach is not None:
             break
         reason = f"path: no curve of radius {radius:g} m leads free into the gate"
@@ -217,19 +217,27 @@ def _field_line(
 
 
 def _enter(
-    around: Surroundings, line: Array, gate: tuple[float, float, float], radius: float, step: float, margin: float
+    around: Surroundings,
+    line: Array,
+    gate: tuple[float, float, float],
+    radius: float,
+    step: float,
+    margin: float,
+    required: float,
 ) -> Array | None:
     """The line up to its latest point from which a free Dubins curve enters the gate, and that curve."""
     free = around.of_points(line[:, :2])
     blocked = np.flatnonzero(free < min(margin, float(free[0])) - 1e-9)
     last = int(blocked[0]) if blocked.size else len(line)
     best, best_length = None, np.inf
-    for index in range(last - 1, -1, -max(1, last // 40)):
+    for index in range(last - 1, -1, -max(1, last // 24)):
         x, y, heading = (float(v) for v in line[index])
         for curve in dubins((x, y, heading), gate, radius, step):
             length = index * step + len(curve) * step
             if length >= best_length:
                 break
+            if float(around.of_points(curve[::8, :2]).min()) < required:
+                continue
             if float(around.of_points(curve[:, :2]).min()) >= min(margin, float(free[index])) - 1e-9:
                 best, best_length = np.concatenate([line[:index], curve]), length
                 break
@@ -323,7 +331,7 @@ def _arrive(
             continue
         time = max(steering.path_length / settings.speed, 1e-3)
         last = len(steering.inputs)
-        all_inputs = np.concatenate([inputs, steering.inputs / time])
+        all_inputs = np.concatenate([inputs, steering.inputs * (steering.duration / time)])
         all_durations = np.concatenate([durations, np.full(last, time / last)])
         whole = snake.simulate(start, all_inputs, durations=all_durations, tolerance=1e-9)
         certificate = certify_motion(snake, whole, around, half, settings.clearance)

@@ -55,8 +55,9 @@ class SteerOptions:
 class Steering:
     """The outcome of steering.
 
-    `inputs` (m, 4) are constant over equal parts of `duration` seconds (one a leg); `error` is the largest coordinate error at the end,
-    by a finer integration than the search used; `path_length`: metres that joint 1 travels; `tries`: starting paths used;
+    `inputs` (m, 4) are constant over equal parts of `duration` seconds (one a leg); `error` is the largest coordinate
+    error at the end, by a finer integration than the search used; `path_length`: metres that joint 1 travels; `tries`:
+    starting paths used;
     `reason` is "" when `solved`.
     """
 
@@ -108,6 +109,8 @@ class _Shooting:
 
         Minimises |d cuts|^2 + w |d inputs - ease pull|^2, w = (segment's turning per unit of input)^2.
         """
+        from ._kernels import arrow_solve
+
         m, k = self.count, self.k
         loose = (m / self.stiffest) ** 2  # an input changes as easily as the angle it turns a link by in one segment
         a, b = tangent[:, :, :k], tangent[:, :, k:]
@@ -132,7 +135,10 @@ class _Shooting:
         target[-2:] -= bias.mean(axis=0)
         # scaled to unit diagonal: the entries span many decades
         scale = 1.0 / np.sqrt(np.diag(gram))
-        force = scale * np.linalg.solve(gram * scale * scale[:, None] + 1e-15 * np.eye(size), scale * target)
+        scaled = gram * scale * scale[:, None] + 1e-15 * np.eye(size)
+        force = scale * target
+        arrow_solve(scaled, 2 * k - 1, 2, force)
+        force *= scale
         forces = force[:-2].reshape(m, k)
         inputs = bias + loose * (np.einsum("mij,mi->mj", b, forces) + force[-2:] / m)
         cuts = np.einsum("mij,mi->mj", a[1:], forces[1:]) - forces[:-1]
@@ -250,11 +256,12 @@ def steer(snake: Snake, q0: ArrayLike, q1: ArrayLike, tolerance: float, **option
         leg = _one_leg(snake, here, goal, settings, tolerance, rng)
         tries += leg.tries
         best = min(best, leg.error)
-        if leg.error > tolerance and leg.inputs is None and len(legs) + 1 < settings.legs:
+        if leg.error > tolerance and len(legs) + 1 < settings.legs:
             halfway = here + 0.5 * (_nearest(snake, here, goal) - here)
             if not snake.folds(halfway):
-                leg = _one_leg(snake, here, halfway, settings, 1e-3, rng)
-                tries += leg.tries
+                half = _one_leg(snake, here, halfway, settings, tolerance, rng)
+                tries += half.tries
+                leg = leg if half.inputs is None else half  # two short motions lose less to rounding than a long one
         if leg.inputs is None:
             break
         legs.append(leg.inputs)

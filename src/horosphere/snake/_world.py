@@ -67,10 +67,12 @@ class Surroundings:
 
     def of_points(self, points: Array) -> Array:
         """Distance of points (..., 2) to the nearest disc or wall, metres, (...,)."""
-        free = np.full(points.shape[:-1], np.inf)
-        for center, radius in zip(self.centers, self.radii):
-            free = np.minimum(free, np.hypot(points[..., 0] - center[0], points[..., 1] - center[1]) - radius)
-        return np.minimum(free, self._walls(points))
+        walls = self._walls(points)
+        if len(self.radii) == 0:
+            return walls
+        dx = points[..., :1] - self.centers[:, 0]
+        dy = points[..., 1:] - self.centers[:, 1]
+        return np.minimum(walls, (np.sqrt(dx * dx + dy * dy) - self.radii).min(axis=-1))
 
     def _walls(self, points: Array) -> Array:
         if self.lower is None or self.upper is None:

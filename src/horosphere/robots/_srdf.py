@@ -1,0 +1,168 @@
+"""SRDF files (MoveIt): groups, end effectors, pairs of links that are not checked against each other."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from ..errors import InputError, unknown_name
+from ._urdf import Urdf, parse_xml
+
+
+@dataclass(frozen=True, slots=True)
+class EndEffector:
+    """An end effector: its group of links hangs on `parent_link`."""
+
+    name: str
+    group: str
+    parent_link: str
+
+
+@dataclass(slots=True)
+class Srdf:
+    """What an SRDF file says: groups as (base, tip) where they are chains; pairs and why; `passive` joints; named `states`."""
+
+    path: Path
+    robot: str
+    groups: dict[str, tuple[str, str] | None] = field(default_factory=dict)
+    end_effectors: list[EndEffector] = field(default_factory=list)
+    disabled: dict[frozenset[str], str] = field(default_factory=dict)
+    enabled: set[frozenset[str]] = field(default_factory=set)
+    disabled_links: set[str] = field(default_factory=set)
+    states: dict[str, dict[str, float]] = field(default_factory=dict)
+
+    def why_disabled(self, first: str, second: str) -> str | None:
+        """The file's reason for not checking a pair of links; None if it wants it checked."""
+        pair = frozenset((first, second))
+        if pair in self.disabled:
+            return self.disabled[pair] or "no reason given"
+        if pair not in self.enabled and self.disabled_links & pair:
+            return "Default"
+        return None
+
+    def chain(self, group: str | None) -> tuple[str, str, str] | None:
+        """(base, tip, group) of a group; of the only one that is a chain, if none is asked for and there is just one."""
+        if group is None:
+            chains = [(name, ends) for name, ends in self.groups.items() if ends is not None]
+            return (*chains[0][1], chains[0][0]) if len(chains) == 1 else None
+        if group not in self.groups:
+            raise unknown_name("group", group, self.groups, place=str(self.path))
+        ends = self.groups[group]
+        if ends is None:
+            chains = [name for name, found in self.groups.items() if found is not None]
+            raise InputError(
+                f"group {group!r} is not one chain of links", place=str(self.path), choices=chains, remedy="give base= and tip="
+            )
+        return (*ends, group)
+
+
+def read_srdf(path: Path, urdf: Urdf) -> Srdf:
+    """Read an SRDF file and check it against the URDF. Raises InputError if it names links or joints that the URDF has not."""
+    root = parse_xml(path, "an SRDF")
+    srdf = Srdf(path, root.get("name") or "")
+    _compare(root, srdf, urdf)
+    raw = {item.get("name"): item for item in root.iterfind("group") if len(item)}
+    for name in raw:
+        srdf.groups[name] = _ends(raw, name, urdf)
+    for item in root.iterfind("end_effector"):
+        srdf.end_effectors.append(
+            EndEffector(item.get("name") or "", item.get("group") or "", item.get("parent_link") or "")
+        )
+    for item in root.iterfind("disable_collisions"):
+        srdf.disabled[_pair(item, path)] = item.get("reason") or ""
+    for item in root.iterfind("enable_collisions"):
+        srdf.enabled.add(_pair(item, path))
+    srdf.disabled_links = {item.get("link") for item in root.iterfind("disable_default_collisions")}
+    for item in root.iterfind("group_state"):
+        srdf.states[item.get("name") or ""] = {
+            joint.get("name"): _number(joint, path) for joint in item.iterfind("joint") if joint.get("value")
+        }
+    return srdf
+
+
+def _compare(root: Any, srdf: Srdf, urdf: Urdf) -> None:
+    """Every link and joint that the SRDF names must be the robot's."""
+    links, joints = set(urdf.links), {joint.name for joint in urdf.joints.values()}
+    virtual = {item.get("name") for item in root.iterfind("virtual_joint")}
+    missing: dict[str, int] = {}
+    named = 0
+    for element in root.iter():
+        names = [(element.get(key), links, "link") for key in _LINKS.get(element.tag, ())]
+        if element.tag in ("joint", "passive_joint"):
+            names.append((element.get("name"), joints | virtual, "joint"))
+        for name, known, what in names:
+            if name is None:
+                raise InputError(f"<{element.tag}> without the name of a {what}", place=f"{srdf.path}:{element.sourceline}")
+            named += 1
+            if name not in known:
+                missing.setdefault(f"{what} {name!r}", element.sourceline)
+    if not missing:
+        return
+    some = ", ".join(f"{name} (line {line})" for name, line in list(missing.items())[:6])
+    some += f" and {len(missing) - 6} more" if len(missing) > 6 else ""
+    name = f" it is for a robot {srdf.robot!r}, the URDF is {urdf.name!r};" if srdf.robot != urdf.name else ""
+    raise InputError(
+        f"this SRDF is not for this URDF:{name} not in {urdf.path}: {some}",
+        place=f"{srdf.path}:{min(missing.values())}",
+        remedy="give the SRDF of this robot, made for this version of its URDF",
+    )
+
+
+_LINKS = {
+    "chain": ("base_link", "tip_link"),
+    "link": ("name",),
+    "link_sphere_approximation": ("link",),
+    "disable_collisions": ("link1", "link2"),
+    "enable_collisions": ("link1", "link2"),
+    "disable_default_collisions": ("link",),
+    "end_effector": ("parent_link",),
+    "virtual_joint": ("child_link",),
+}
+
+
+def _pair(item: Any, path: Path) -> frozenset[str]:
+    pair = frozenset((item.get("link1"), item.get("link2")))
+    if len(pair) != 2:
+        raise InputError(f"a pair of the link {item.get('link1')!r} with itself", place=f"{path}:{item.sourceline}")
+    return pair
+
+
+def _number(joint: Any, path: Path) -> float:
+    try:
+        return float(joint.get("value").split()[0])
+    except ValueError:
+        raise InputError(
+            f"joint {joint.get('name')!r}: expected a number, got {joint.get('value')!r}", place=f"{path}:{joint.sourceline}"
+        ) from None
+
+
+def _ends(raw: dict[str, Any], name: str, urdf: Urdf, seen: tuple[str, ...] = ()) -> tuple[str, str] | None:
+    """Base and tip of a group: its chain; or the one chain that its joints, links or inner groups make; else None."""
+    group = raw[name]
+    chains = [(item.get("base_link"), item.get("tip_link")) for item in group.iterfind("chain")]
+    if chains:
+        return chains[0] if len(chains) == 1 and _hangs(urdf, *chains[0]) else None
+    inner = [item.get("name") for item in group.iterfind("group")]
+    if inner:
+        found = [_ends(raw, g, urdf, (*seen, name)) for g in inner if g in raw and g not in seen]
+        found = [ends for ends in found if ends is not None]
+        return found[0] if len(found) == 1 else None
+    by_name = {joint.name: joint for joint in urdf.joints.values()}
+    joints = [by_name[item.get("name")] for item in group.iterfind("joint") if item.get("name") in by_name]
+    joints += [urdf.joints[item.get("name")] for item in group.iterfind("link") if item.get("name") in urdf.joints]
+    if not any(joint.type != "fixed" for joint in joints):
+        return None
+    parents = {joint.parent for joint in joints}
+    children = {joint.child for joint in joints}
+    bases, tips = parents - children, children - parents
+    if len(bases) != 1 or len(tips) != 1:
+        return None
+    base, tip = bases.pop(), tips.pop()
+    return (base, tip) if _hangs(urdf, base, tip) else None
+
+
+def _hangs(urdf: Urdf, base: str, tip: str) -> bool:
+    while tip != base and tip in urdf.joints:
+        tip = urdf.joints[tip].parent
+    return tip == base

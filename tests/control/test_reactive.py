@@ -1,0 +1,295 @@
+"""The live loop: its guarantee against dense sampling, limits, goals, retreat and stop, self-collision, moving obstacles."""
+
+import numpy as np
+import pytest
+from moving_balls import simulate, sphere_centres
+
+from horosphere import InputError, Motor, Point, distance, kinematics, robots
+from horosphere.control import Reactive
+from horosphere.shapes import Ball, Box, Capsule, Cylinder, HalfSpace
+
+HOME = np.array([0.0, -0.6, 0.0, -2.2, 0.0, 1.8, 0.7])
+
+
+@pytest.fixture(scope="module")
+def panda():
+    return robots.load("panda")
+
+
+@pytest.fixture(scope="module")
+def spheres(shared_data):
+    return robots.load(shared_data / "panda_spheres.urdf", tip="panda_grasptarget")
+
+
+def some_obstacles(rng, count=6):
+    solids = []
+    for k in range(count):
+        c = rng.uniform([-0.8, -0.8, 0.0], [0.8, 0.8, 1.1])
+        turn = np.linalg.qr(rng.normal(size=(3, 3)))[0]
+        turn *= np.sign(np.linalg.det(turn))
+        solids.append(
+            [
+                lambda: Ball(c, rng.uniform(0.03, 0.15)),
+                lambda: Box(c, rng.uniform(0.02, 0.2, 3), turn),
+                lambda: Capsule(c, c + 0.3 * turn[0], 0.05),
+                lambda: Cylinder(c, c + 0.3 * turn[0], 0.08),
+            ][k % 4]()
+        )
+    return solids
+
+
+def run(loop, q, steps):
+    log = []
+    for _ in range(steps):
+        step = loop.step(q)
+        log.append((q, step))
+        q = step.q_next
+        if step.reason == "arrived":
+            break
+    return q, log
+
+
+def stop_positions(loop, q, u, h):
+    """The joints at fine times while the robot holds u for one period, then brakes straight: the witness's own arithmetic."""
+    times, points = [0.0], [q]
+    velocity = u.copy()
+    step = np.min(loop._limits[3] / np.maximum(np.abs(u), 1e-300)) * h
+    while np.any(velocity != 0.0):
+        for _ in range(4):
+            points.append(points[-1] + velocity * h / 4)
+            times.append(times[-1] + h / 4)
+        share = np.linalg.norm(velocity) / np.linalg.norm(u) - step
+        velocity = u * max(share, 0.0)
+    return np.array(times), np.array(points)
+
+
+@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("speed", [0.0, 0.3])
+def test_what_is_proved_is_true(panda, seed, speed):
+    """Any posture, any velocity, any solids: dense sampling of the proved stop against obstacles that come as fast as they may."""
+    rng = np.random.default_rng(seed)
+    limits, proved, refused = panda.limits, 0, 0
+    moving = np.array([panda.links[k].name != "panda_link0" for k in panda.capsules.link])
+    for _ in range(25):
+        q = rng.uniform(0.9 * limits.lower, 0.9 * limits.upper)
+        solids = [s for s in some_obstacles(rng) if distance.signed(panda, q, [s]) > -0.02]
+        goal = rng.uniform(limits.lower, limits.upper)
+        loop = Reactive(panda, solids, goal=goal, period=0.004, obstacle_speed=speed)
+        step = loop.step(q, dq=rng.uniform(-1, 1, 7) * limits.velocity * rng.uniform(0.0, 1.0))
+        if not step.proved:
+            refused += 1
+            continue
+        proved += bool(np.abs(step.dq).max() > 0.1)
+        times, points = stop_positions(loop, q, step.dq, loop.period)
+        assert times[-1] == pytest.approx(step.stop_time, abs=1e-9)
+        assert (points <= np.maximum(limits.upper, q) + 1e-9).all()
+        assert (points >= np.minimum(limits.lower, q) - 1e-9).all()
+        table = distance.table(panda, points, solids)
+        d, own = table.distance[:, moving], table.self_distance
+        # safe: the margin is kept although the obstacle comes at full speed, or the body is never nearer than it was
+        keeps = (d - speed * times[:, None, None] >= 0.01 - 1e-9).all(axis=0)
+        assert (keeps | (d >= d[0] - 1e-9).all(axis=0)).all()
+        assert ((own >= -1e-9).all(axis=0) | (own >= own[0] - 1e-9).all(axis=0)).all()
+    assert proved >= 8 and refused >= 1, (proved, refused)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_static_obstacles_are_never_touched_and_limits_hold(panda, seed):
+    rng = np.random.default_rng(seed)
+    solids = [s for s in [*some_obstacles(rng), HalfSpace([0, 0, 1.0], -0.1)] if distance.signed(panda, HOME, [s]) > 0.02]
+    loop = Reactive(panda, solids, period=0.002, goal=rng.uniform(panda.limits.lower, panda.limits.upper))
+    q, log = run(loop, HOME, 2500)
+    Q, U = np.array([q for q, _ in log] + [q]), np.array([s.dq for _, s in log])
+    assert distance.signed(panda, Q, solids).min() >= 0.01 - 1e-9
+    start = distance.table(panda, HOME, []).self_distance.min()
+    assert distance.table(panda, Q, []).self_distance.min() >= min(0.0, start) - 1e-9
+    assert all(step.proved for _, step in log)
+    assert (np.abs(U) <= panda.limits.velocity * (1 + 1e-12)).all()
+    assert (np.abs(np.diff(U, axis=0, prepend=0.0)) <= panda.limits.acceleration * 0.002 * (1 + 1e-9)).all()
+    assert (Q >= panda.limits.lower - 1e-9).all() and (Q <= panda.limits.upper + 1e-9).all()
+    assert np.abs(U).max() > 0.2
+    np.testing.assert_allclose(np.diff(Q, axis=0), 0.002 * U, atol=1e-15)
+    for q, step in log[::97]:  # what is reported is the distance
+        carried = np.array([panda.links[k].name != "panda_link0" for k in panda.capsules.link])
+        assert step.clearance == pytest.approx(distance.table(panda, q, solids).distance[carried].min(), abs=1e-12)
+
+
+def test_the_goal_is_reached_when_nothing_is_in_the_way(panda):
+    target = HOME + [0.8, 0.5, -0.4, 0.6, 0.5, -0.4, 0.9]
+    q, log = run(Reactive(panda, goal=target), HOME, 5000)
+    assert log[-1][1].reason == "arrived" and np.abs(q - target).max() < 2e-3
+    # no slower than twice the time of the joint that needs longest at its limits
+    v, a, way = panda.limits.velocity, panda.limits.acceleration, np.abs(target - HOME)
+    least = np.max(np.where(way > v * v / a, way / v + v / a, 2 * np.sqrt(way / a)))
+    assert len(log) * 1e-3 < 2.0 * least + 0.5
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_pose_and_point_goals(panda, seed):
+    rng = np.random.default_rng(seed)
+    target = HOME + rng.uniform(-0.4, 0.4, 7)
+    pose = kinematics.forward(panda, target)
+    q, log = run(Reactive(panda, goal=pose, tolerance=1e-4, angle_tolerance=1e-3), HOME, 6000)
+    assert log[-1][1].reason == "arrived"
+    error = np.linalg.inv(pose.as_matrix()) @ kinematics.forward(panda, q).as_matrix()
+    assert np.abs(error - np.eye(4)).max() < 2e-3
+    point = Point.from_euclidean(pose.as_matrix()[:3, 3])
+    q, log = run(Reactive(panda, goal=point, tolerance=1e-4), HOME, 6000)
+    assert log[-1][1].reason == "arrived"
+    np.testing.assert_allclose(kinematics.forward(panda, q).as_matrix()[:3, 3], point.as_euclidean(), atol=3e-4)
+
+
+def test_the_elbow_goes_where_it_should_without_moving_the_tool(panda):
+    pose = kinematics.forward(panda, HOME)
+    ends = []
+    for side in (-0.8, 0.8):
+        posture = HOME + [side, 0, -side, 0, 0, 0, 0]
+        loop = Reactive(panda, goal=pose, posture=posture, posture_gain=2.0)
+        q = HOME
+        for _ in range(3000):
+            q = loop.step(q).q_next
+        error = np.linalg.inv(pose.as_matrix()) @ kinematics.forward(panda, q).as_matrix()
+        assert np.abs(error - np.eye(4)).max() < 5e-3
+        ends.append(kinematics.frames(panda, q).as_matrix()[panda.link_names.index("panda_link4"), :3, 3])
+    assert np.linalg.norm(ends[0] - ends[1]) > 0.1
+
+
+def test_half_a_turn_and_a_goal_that_runs_away(panda):
+    pose = kinematics.forward(panda, HOME) @ Motor.exp([0.0, 0.0, np.pi, 0.0, 0.0, 0.0])
+    first = Reactive(panda, goal=pose).step(HOME)
+    assert first.angle == pytest.approx(np.pi, abs=1e-6) and np.abs(first.dq).max() > 0
+    loop, q, lag = Reactive(panda), HOME, []
+    centre = kinematics.forward(panda, HOME).as_matrix()[:3, 3]
+    for k in range(3000):  # 0.1 m/s on a circle
+        goal = Point.from_euclidean(centre + 0.1 * np.array([np.cos(k * 1e-3) - 1, np.sin(k * 1e-3), 0.0]))
+        step = loop.step(q, goal)
+        q = step.q_next
+        lag.append(step.error)
+    assert max(lag[1000:]) < 0.015
+
+
+def test_self_collision_is_avoided(spheres):
+    limits = spheres.limits
+    bad = np.array([0.0, 1.0, 0.0, -3.0, 0.0, 0.6, 0.0])
+    assert distance.table(spheres, bad, []).self_distance.min() < 0.0
+    loop = Reactive(spheres, goal=bad, self_clearance=0.005, period=0.002)
+    q, log = run(loop, HOME, 3000)
+    Q = np.array([q for q, _ in log])
+    assert distance.table(spheres, Q[::10], []).self_distance.min() >= 0.005 - 1e-9
+    assert np.abs(Q[-1] - HOME).max() > 0.3 and log[-1][1].reason in ("blocked", "moving")
+    assert (Q <= limits.upper).all()
+
+
+@pytest.mark.parametrize("speed", [0.05, 0.15, 0.3])
+def test_it_retreats_from_what_comes(spheres, speed):
+    """A ball comes straight for the hand of a robot that wants to stay: it is kept off as long as there is room to go."""
+    x, _ = sphere_centres(spheres, HOME[None])
+    hand = x[0, -1]
+    way = np.array([-1.0, 0.0, 0.15])
+    way /= np.linalg.norm(way)
+    ball, q, reasons, least, away = hand - 0.6 * way, HOME, set(), np.inf, 0.0
+    loop = Reactive(spheres, goal=HOME, obstacle_speed=speed, period=0.002)
+    for _ in range(int(0.75 / speed / 0.002)):
+        step = loop.step(q, obstacles=(ball[None], np.array([0.06])))
+        assert step.proved
+        reasons.add(step.reason)
+        least = min(least, step.clearance)
+        q, ball = step.q_next, ball + speed * 0.002 * way
+        away = max(away, np.linalg.norm(sphere_centres(spheres, q[None])[0][0, -1] - hand))
+    assert "retreating" in reasons and least > 0.0
+    assert away > 0.06  # it would have been hit where it stood
+
+
+def test_retreat_then_stop_between_two_walls(spheres):
+    """Two walls close in on the arm: it folds up between them, and stands still when there is nowhere left to go."""
+    loop = Reactive(spheres, goal=HOME, obstacle_speed=0.1, period=0.004)
+    q, w, reasons, own = HOME + [0.5, 0, 0.4, 0, 0.3, 0, 0], 0.6, [], []
+    for _ in range(1500):
+        walls = [HalfSpace([0, 1.0, 0], -w), HalfSpace([0, -1.0, 0], -w)]
+        step = loop.step(q, obstacles=walls)
+        assert step.proved
+        reasons.append(step.reason)
+        if step.clearance < 0.01:
+            carried = spheres.capsules.link > 0
+            before, after = (distance.table(spheres, x, walls, self_collision=False).distance[carried] for x in (q, step.q_next))
+            own.append((after - before)[before < 0.01].min())
+        q, w = step.q_next, max(w - 0.1 * 0.004, 0.03)
+    assert "retreating" in reasons and reasons[-1] == "stopped" and np.all(step.dq == 0.0)
+    assert step.clearance < 0.0  # no posture fits
+    assert min(own) >= -1e-9  # what is nearer than the clearance never comes nearer by the robot's own motion
+
+
+def classify(contacts):
+    """(overrun, other): the ball was faster than any velocity within the limits could have carried that body away, or not."""
+    overrun = [c for c in contacts if c.closing >= c.retreat]
+    return overrun, [c for c in contacts if c.closing < c.retreat]
+
+
+def check_soak(robot, seconds, seeds, **options):
+    for seed in seeds:
+        found = simulate(robot, seconds / len(seeds), seed, **options)
+        overrun, other = classify(found["contacts"])
+        assert found["unproved"] == 0
+        assert found["speed"] <= 1 + 1e-9 and found["acceleration"] <= 1 + 1e-9
+        assert not other, other
+        assert found["reasons"].get("moving", 0) > 0.2 * sum(found["reasons"].values()), found["reasons"]
+        for contact in overrun:  # and even then it does not come towards the ball
+            assert contact.own_rate >= -1e-6, contact
+
+
+def test_random_moving_balls(spheres):
+    """10 s among 8 balls of up to 0.4 m/s."""
+    check_soak(spheres, 10.0, range(2), speed=0.4, period=0.004)
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(1800)
+def test_an_hour_of_random_moving_balls(spheres):
+    check_soak(spheres, 3600.0, range(12), speed=0.4, period=0.004)
+
+
+def test_the_chain_of_proofs(panda):
+    """A measured position that is not where the last step led breaks the proof of the stop, and only that."""
+    wall = [HalfSpace([-1.0, 0, 0], -0.62)]
+    loop = Reactive(panda, wall, goal=HOME + [0, 0.9, 0, 0.5, 0, 0, 0])
+    q = HOME
+    for _ in range(300):
+        step = loop.step(q)
+        q = step.q_next
+    assert step.proved
+    q = q + 1e-4
+    assert loop.step(q).proved  # a fresh proof from where it really is
+
+
+@pytest.mark.parametrize(
+    ("arguments", "match"),
+    [
+        (dict(period=0.0), "period"),
+        (dict(gamma=1.5), "gamma"),
+        (dict(clearance=-0.1), "clearance"),
+        (dict(obstacle_speed=-1.0), "obstacle_speed"),
+        (dict(goal=[0.0, 1.0]), "goal"),
+        (dict(goal="home"), "goal"),
+        (dict(posture=[0.0]), "posture"),
+        (dict(acceleration=[0.0] * 7), "acceleration"),
+        (dict(obstacles="wall"), "obstacle"),
+        (dict(rate=1e6), "rate"),
+    ],
+)
+def test_bad_input_is_named(panda, arguments, match):
+    with pytest.raises(InputError, match=match):
+        Reactive(panda, **arguments)
+
+
+def test_bad_steps_are_named(panda):
+    loop = Reactive(panda)
+    with pytest.raises(InputError, match="goal"):
+        loop.step(HOME)
+    with pytest.raises(InputError, match="q"):
+        loop.step(HOME[:5], HOME)
+    bad = HOME.copy()
+    bad[3] = np.nan
+    with pytest.raises(InputError, match="q"):
+        loop.step(bad, HOME)
+    with pytest.raises(InputError, match="Robot"):
+        Reactive("panda")  # type: ignore[arg-type]
