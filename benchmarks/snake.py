@@ -90,7 +90,7 @@ def growth() -> None:
 
 
 def steer(count: int) -> None:
-    for links in range(5, 10):
+    for links in range(5, 9):
         snake, rng = Snake(links), np.random.default_rng(100 + links)
         seconds, lengths, errors, failures = [], [], [], Counter()
         for distance in np.geomspace(0.01, 1.0, count):

@@ -70,16 +70,18 @@ class Contact:
     reason: str
 
 
-def fastest_retreat(loop, q, row, others, ahead=0.2):
+def fastest_retreat(loop, q, row, others, ahead=0.2, careful=0.0):
     """max a . u over the velocity limits, while no joint runs into its limit and no other pair touches within `ahead` seconds.
 
-    others: (distance, closing speed of the ball, gradient) of the other pairs that are near.
+    others: (distance, closing speed of the ball, gradient) of the other pairs that are near; those nearer than `careful` may not be
+    approached at all.
     """
     limits = loop._limits
     low = np.minimum(np.maximum(-limits[2], (limits[0] - q) / ahead), 0.0)
     high = np.maximum(np.minimum(limits[2], (limits[1] - q) / ahead), 0.0)
     A = np.array([-slope for _, _, slope in others]) if others else None
-    b = np.array([max(d, 0.0) / ahead - closing for d, closing, _ in others]) if others else None
+    rooms = [0.0 if d < careful else max(d, 0.0) / ahead - closing for d, closing, _ in others]
+    b = np.array(rooms) if others else None
     solution = linprog(-row, A_ub=A, b_ub=b, bounds=np.column_stack([low, high]))
     return float(-solution.fun) if solution.status == 0 else -np.inf  # squeezed: nothing helps
 
@@ -159,9 +161,10 @@ def simulate(robot, seconds, seed, *, speed, balls=8, period=1e-3, clearance=0.0
 
                 others = [(e, closing(a, b), slope) for e, a, b, slope in rows if (a, b) != (i, j)]
                 retreat = fastest_retreat(loop, Q[k], row, others)
+                careful = fastest_retreat(loop, Q[k], row, others, careful=clearance + 0.3 * speed)
                 contacts.append(
                     Contact(
-                        (start + k) * period, int(i), int(j), depth, float(row @ dq), closing(i, j), retreat, reason
+                        (start + k) * period, int(i), int(j), depth, float(row @ dq), closing(i, j), retreat, careful, reason
                     )
                 )
             touching.add((j, start + k))

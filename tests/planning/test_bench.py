@@ -59,11 +59,13 @@ def test_the_reactive_law_on_a_sample(panda, problems):
 
 
 @pytest.mark.slow
+@pytest.mark.timeout(1200)
 def test_all_public_problems(panda, problems):
     assert judge(panda, problems, connect, 300) == 699
 
 
 @pytest.mark.slow
+@pytest.mark.timeout(1200)
 def test_all_public_problems_by_the_reactive_law(panda, problems):
     assert judge(panda, problems, lambda *a: react(*a, time_limit=2.0), 300) >= 0.95 * 699
 

@@ -107,7 +107,10 @@ def test_paths_keep_the_clearance(name, seed):
             result.waypoints <= robot.limits.upper + 1e-6
         ).all()
         outer, inner = clearances(robot, along(result.waypoints, 40), obstacles)
-        assert outer.min() >= result.margin >= clearance and inner.min() >= result.margin - clearance, (outer.min(), inner.min())
+        assert outer.min() >= result.margin >= clearance and inner.min() >= result.margin - clearance, (
+            outer.min(),
+            inner.min(),
+        )
     assert solved >= 1  # random ends may lie in pockets that nothing leads out of
 
 

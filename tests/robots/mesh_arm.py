@@ -31,21 +31,21 @@ def link_mesh(k, length, triangles, seed):
     return rough(trimesh.util.concatenate(parts), triangles, seed)
 
 
-def write_arm(folder, triangles=2_000, seed=0, collision=True, skip=()):
+def write_arm(folder, triangles=2_000, seed=0, collision=True, skip=(), joints=7):
     """Writes `acme_description/` into `folder`; the path of its URDF, and the meshes by link."""
     package = folder / "acme_description"
     (package / "meshes").mkdir(parents=True)
     (package / "urdf").mkdir()
     (package / "package.xml").write_text("<package><name>acme_description</name></package>")
     meshes, text = {}, ['<robot name="acme">']
-    for k, (length, ending) in enumerate(zip([0.3, *LENGTHS], FORMATS)):
+    for k, (length, ending) in enumerate(zip([0.3, *LENGTHS][: joints + 1], FORMATS)):
         mesh = meshes[f"link{k}"] = link_mesh(k, length, triangles, seed + k)
         if k not in skip:
             mesh.export(package / "meshes" / f"link{k}.{ending}")
         geometry = f'<geometry><mesh filename="package://acme_description/meshes/link{k}.{ending}"/></geometry>'
         tags = ("collision", "visual") if collision else ("visual",)
         text.append(f'<link name="link{k}">{"".join(f"<{t}>{geometry}</{t}>" for t in tags)}</link>')
-    for k in range(7):
+    for k in range(joints):
         above = [0.3, *LENGTHS][k]
         text.append(
             f'<joint name="joint{k + 1}" type="revolute"><parent link="link{k}"/><child link="link{k + 1}"/>'

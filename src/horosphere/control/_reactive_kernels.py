@@ -233,7 +233,9 @@ def project(u, A, b, rows, M, lo, hi, lam, nu, sweeps):
     """
     n = u.shape[0]
     for r in range(rows):
-        lam[r, 0] = lam[r, 1] = lam[r, 2] = 0.0
+        lam[r, 0] = lam[r, 1] = lam[r, 2] = b[r, 5] = 0.0
+        for c in range(n):
+            b[r, 5] += M[4, c] * A[r, c] * A[r, c]
     for c in range(n):
         clipped = min(max(u[c], lo[c]), hi[c])
         nu[c] = clipped - u[c]
@@ -241,10 +243,9 @@ def project(u, A, b, rows, M, lo, hi, lam, nu, sweeps):
     for _ in range(sweeps):
         change = 0.0
         for r in range(rows):
-            s, g = 0.0, 0.0
+            s, g = 0.0, b[r, 5]
             for c in range(n):
                 s += A[r, c] * u[c]
-                g += M[4, c] * A[r, c] * A[r, c]
             if g > TINY:
                 for level in range(3):
                     give = (1e-4, 0.02, 0.3)[level]
@@ -284,6 +285,8 @@ def proved(J, C, L, K, T, X, W, N, I, count, M, par, q, u):
         still = still and u[c] == 0.0
     if still:
         return True
+    for i in range(L.shape[0]):
+        X[i, 7] = -1.0  # bounds of the motion of the capsule's ends, once they are asked for
     for p in range(count):
         i, j, stop = I[p, 0], I[p, 1], I[p, 3]
         d, nx, ny, nz, speed = N[p, 0], N[p, 4], N[p, 5], N[p, 6], N[p, 7]
@@ -292,6 +295,16 @@ def proved(J, C, L, K, T, X, W, N, I, count, M, par, q, u):
         keeps, parts = True, True
         x0, y0, z0 = N[p, 1], N[p, 2], N[p, 3]
         ends = 1 if X[i, 3] == 0.0 and X[i, 4] == 0.0 and X[i, 5] == 0.0 else 2
+        if j < 0:
+            if X[i, 7] < 0.0:
+                fast, bend = motion(J, C, T, k, 0, X[i, 0], X[i, 1], X[i, 2], 0.0, u, reach)
+                if ends == 2:
+                    x, y, z = X[i, 0] + X[i, 3], X[i, 1] + X[i, 4], X[i, 2] + X[i, 5]
+                    faster, more = motion(J, C, T, k, 0, x, y, z, 0.0, u, reach)
+                    fast, bend = max(fast, faster), max(bend, more)
+                X[i, 7], X[i, 8] = fast, 0.5 * bend
+            if d - speed * time - X[i, 7] * reach >= margin + 1e-11:
+                continue
         others, kj = 1, 0
         if j >= 0:
             kj = L[j]
@@ -303,7 +316,7 @@ def proved(J, C, L, K, T, X, W, N, I, count, M, par, q, u):
             x, y, z = X[i, 0] + e * X[i, 3], X[i, 1] + e * X[i, 4], X[i, 2] + e * X[i, 5]
             ahead = nx * (x - x0) + ny * (y - y0) + nz * (z - z0)
             rise = along(W, k, stop, x, y, z, nx, ny, nz)
-            bend = 0.5 * motion(J, C, T, k, stop, x, y, z, 0.0, u, reach)[1]
+            bend = X[i, 8] if j < 0 else 0.5 * motion(J, C, T, k, stop, x, y, z, 0.0, u, reach)[1]
             for f in range(others):
                 more, rises, bends = ahead, rise, bend
                 if j >= 0:

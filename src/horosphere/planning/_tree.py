@@ -34,7 +34,9 @@ class TreeResult:
     """A path of joint motions that are straight between `waypoints` (m, n), or why there is none.
 
     `margin`: every body is certified to keep at least this distance (m) from obstacles all along the path: the clearance
-    asked for, mostly more (and itself, by as much more than was asked for). `iterations`: of the trees. `timings`: seconds for pack, grow, simplify, certify. `rung`: the extra margin (m) the path was found with.
+    asked for, mostly more (and from the robot's other bodies by as much more than was asked for there).
+    `iterations`: of the trees. `timings`: seconds for pack, grow, simplify, certify. `rung`: the extra margin (m) the path
+    was found with.
     """
 
     solved: bool
@@ -177,7 +179,9 @@ class _Search:
             with _timed(self.timings, "simplify"):
                 count = simplify(space.edge, room.path, count, ROUNDS, TRIES, LEAST_GAIN, *margins, *arrays)
         with _timed(self.timings, "certify"):
-            for share in (0.5, 0.0) if rung else (0.0,):  # most paths keep half of the extra margin between their points too
+            for share in (
+                (0.5, 0.0) if rung else (0.0,)
+            ):  # most paths keep half of the extra margin between their points too
                 extra = share * rung
                 margins = space.margins(self.clearance + extra, self.self_clearance + extra)
                 bad = certify(space.edge, room.path, count, *margins, *arrays)

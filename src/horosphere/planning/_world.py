@@ -14,6 +14,8 @@ from ..shapes import Ball, Box, Capsule, Cylinder, Ellipsoid, HalfSpace, PointCl
 
 Floats = NDArray[np.float64]
 _BOX, _CAPSULE, _CYLINDER, _ELLIPSOID, _HALF_SPACE = 0.0, 1.0, 2.0, 3.0, 4.0
+MOST_BALLS = 4000
+"""Points of one cloud beyond which near ones are merged into a ball that holds them."""
 SUPPORTED = ("Ball", "Box", "Capsule", "Cylinder", "Ellipsoid", "HalfSpace", "PointCloud")
 
 
@@ -39,8 +41,9 @@ def solid_rows(obstacles: Iterable[Shape]) -> Floats:
         elif kind is HalfSpace:
             numbers += (_HALF_SPACE, 0.0, 0.0, 0.0, *shape.normal.tolist(), *(0.0,) * 6, shape.distance, 0.0, 0.0)
         elif kind is PointCloud:
-            block = np.zeros((len(shape.points), 16))
-            block[:, 0], block[:, 1:4], block[:, 6], block[:, 14] = _CAPSULE, shape.points, 1.0, shape.radius
+            points, radii = merged(shape.points, np.broadcast_to(shape.radius, len(shape.points)))
+            block = np.zeros((len(points), 16))
+            block[:, 0], block[:, 1:4], block[:, 6], block[:, 14] = _CAPSULE, points, 1.0, radii
             clouds.append(block)
         else:
             raise InputError(
@@ -51,6 +54,27 @@ def solid_rows(obstacles: Iterable[Shape]) -> Floats:
             )
     rows = np.array(numbers).reshape(-1, 16)
     return np.concatenate([rows, *clouds]) if clouds else rows
+
+
+def merged(points: Floats, radii: Floats, most: int = MOST_BALLS) -> tuple[Floats, Floats]:
+    """Balls (m, 3), (m,) as they are; of more than `most`, one round those in each cell of a grid as fine as can be."""
+    if len(points) <= most:
+        return points, radii
+    low = points.min(axis=0)
+    cell = max(float(np.ptp(points, axis=0).max()) / 2000.0, 1e-9)
+    while True:
+        index = ((points - low) / cell).astype(np.int64)
+        keys, number = np.unique((index[:, 0] << 42) + (index[:, 1] << 21) + index[:, 2], return_inverse=True)
+        if len(keys) <= most:
+            break
+        cell *= max((len(keys) / most) ** 0.4, 1.1)
+    first, last = np.full((len(keys), 3), np.inf), np.full((len(keys), 3), -np.inf)
+    np.minimum.at(first, number, points)
+    np.maximum.at(last, number, points)
+    centres = 0.5 * (first + last)
+    sizes = np.zeros(len(keys))
+    np.maximum.at(sizes, number, np.linalg.norm(points - centres[number], axis=1) + radii)
+    return centres, sizes
 
 
 def _axial(kind: float, shape: Any) -> tuple[float, ...]:

@@ -88,7 +88,7 @@ def _greedy(needs: NDArray[np.float32], radii: Floats, budget: int) -> list[int]
     return chosen
 
 
-def _shrink(solid: Solid, centres: Floats, rounds: int = 8) -> tuple[Floats, Floats]:
+def _shrink(solid: Solid, centres: Floats, rounds: int = 6) -> tuple[Floats, Floats]:
     """Each piece goes to the ball that it enlarges least; each ball moves to the middle of its pieces if that makes it stand
     out less. The radii are exact for what each holds."""
     centres = centres.copy()
@@ -105,7 +105,7 @@ def _shrink(solid: Solid, centres: Floats, rounds: int = 8) -> tuple[Floats, Flo
         depth = solid.depth(centres)
         for k in range(len(centres)):
             points = solid.points_of(owner == k)
-            centre = enclosing_center(points, 60)
+            centre = enclosing_center(points, 30)
             radius = float(np.linalg.norm(points - centre, axis=1).max())
             if radius - solid.depth(centre[None])[0] < radii[k] - depth[k]:
                 centres[k] = centre

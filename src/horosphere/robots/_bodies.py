@@ -55,8 +55,8 @@ def enclosing_center(points: Floats, rounds: int = 400) -> Floats:
     """Centre (d,) of a ball that nearly is the smallest round `points` (m, d): Badoiu and Clarkson's iteration."""
     center = points.mean(axis=0)
     for k in range(1, rounds):
-        far = points[np.argmax(np.sum((points - center) ** 2, axis=1))]
-        center = center + (far - center) / (k + 1.0)
+        offset = points - center
+        center = center + offset[np.einsum("ij,ij->i", offset, offset).argmax()] / (k + 1.0)
     return center
 
 

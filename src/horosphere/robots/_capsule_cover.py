@@ -60,7 +60,7 @@ class _Fitter:
         """Round all points of the pieces: the axis fits the outermost in many directions, the radius is the one of `SCALES`
         times the least that has the least excess, the ends follow from it."""
         points = self.solid.points_of(pieces)
-        first = fit_capsule(self.outermost(points), rounds=60, refine=12)
+        first = fit_capsule(self.outermost(points), rounds=50, refine=12)
         u = first.b - first.a
         length = float(np.linalg.norm(u))
         if length < 1e-9:
@@ -86,14 +86,14 @@ class _Fitter:
         own = self.middles[pieces]
         if len(own) < 4:
             return part
-        rough = self.excess(fit_capsule(self.outermost(own), rounds=30))
+        rough = self.excess(fit_capsule(self.outermost(own), rounds=14))
         for axis in np.linalg.svd(own - own.mean(axis=0), full_matrices=False)[2]:
             height = own @ axis
             for share in CUTS:
                 below = height < height.min() + share * np.ptp(height)
                 if not 2 <= below.sum() <= len(own) - 2:
                     continue
-                sides = [fit_capsule(self.outermost(own[side]), rounds=30) for side in (below, ~below)]
+                sides = [fit_capsule(self.outermost(own[side]), rounds=14) for side in (below, ~below)]
                 gain = rough - self.excess(*sides)
                 if gain > part.gain:
                     first, second = np.zeros_like(pieces), np.zeros_like(pieces)

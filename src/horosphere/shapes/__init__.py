@@ -1,5 +1,7 @@
 """Obstacles: solids in world coordinates, metres."""
 
+from ._ball_tree import BallTree as BallTree
+from ._ball_tree import ball_tree as ball_tree
 from ._base import Shape as Shape
 from ._convert import as_shapes as as_shapes
 from ._flat import Box as Box
@@ -7,6 +9,8 @@ from ._flat import Cylinder as Cylinder
 from ._flat import HalfSpace as HalfSpace
 from ._pack import Packed as Packed
 from ._pack import pack as pack
+from ._reduce import Reduced as Reduced
+from ._reduce import reduce_cloud as reduce_cloud
 from ._round import Ball as Ball
 from ._round import Capsule as Capsule
 from ._round import Ellipsoid as Ellipsoid
