@@ -3,10 +3,13 @@
 - navigation: Rimon and Koditschek's function for balls, the direction of -grad: -k grad ln |x - g|^2 + sum grad ln beta_i;
 - modulation: Huber, Billard and Slotine's dynamics modulation, eigenvalues 1 -/+ 1/Gamma about the star's centre, directions
   averaged with weights 1 / (Gamma_i - 1);
+- cbfpy: the package of that name, if installed (`pip install cbfpy`): its CBF-QP for x' = u, with the same barriers as `cbf`;
 - cbf: the quadratic programme min |u - u0|^2 with grad b_i . u >= -alpha b_i, b_i = |y| / r_i - 1, by Hildreth's dual ascent.
 """
 
 from __future__ import annotations
+
+from functools import cache
 
 import numpy as np
 
@@ -84,6 +87,50 @@ def cbf(goal, stars, alpha=1.0):
         return u
 
     return velocity
+
+
+def cbfpy(goal, stars, alpha=1.0):
+    """The safety filter of cbfpy around the unit velocity to the goal, barriers |x - c_i| / r_i(u) - 1 linearised at x by us.
+
+    Star radii are numpy functions, so the linear part is passed in: h(z) = h_i + slope_i . (z - x). Compiled once a number of
+    obstacles and dimension; None if the package is not there.
+    """
+    filtered = _cbfpy_filter(len(goal), len(stars), alpha)
+
+    def velocity(x):
+        f = goal - x
+        u = f / max(np.linalg.norm(f), 1e-12)
+        _, r, edge, normal = outline(stars, x)
+        return np.asarray(filtered(x, u, np.concatenate([normal, (r / edge - 1.0)[:, None], np.tile(x, (len(r), 1))], axis=1)))
+
+    return velocity
+
+
+@cache
+def _cbfpy_filter(n, count, alpha):
+    import jax
+
+    jax.config.update("jax_enable_x64", True)
+    import jax.numpy as jnp
+    from cbfpy import CBF, CBFConfig
+
+    class Stars(CBFConfig):
+        def __init__(self):
+            super().__init__(n=n, m=n, init_args=(np.ones((count, 2 * n + 1)),), relax_qp=False)
+
+        def f(self, z, rows):
+            return jnp.zeros(n)
+
+        def g(self, z, rows):
+            return jnp.eye(n)
+
+        def h_1(self, z, rows):
+            return rows[:, n] + jnp.sum(rows[:, :n] * (z - rows[:, n + 1 :]), axis=1)
+
+        def alpha(self, h, rows):
+            return alpha * h
+
+    return jax.jit(CBF.from_config(Stars()).safety_filter)
 
 
 def simulate(velocity, start, goal, stars, step=0.01, most=6000, unit=True):

@@ -52,7 +52,17 @@ def balls_3d(ax, field):
     for center, radius in zip(field.world.centers, field.world.radii):
         ax.plot_surface(*np.moveaxis(center + radius * ball, -1, 0), color="#8aa0b8", alpha=0.45, linewidth=0)
     ax.set(xlabel="x [m]", ylabel="y [m]", zlabel="z [m]")
-    ax.set_aspect("equal")
+
+
+def finish_3d(ax, points, goal):
+    """The motion with its ends, one scale on all axes (after everything is drawn), room for the labels."""
+    ax.plot(*points.T, color="#d1495b", linewidth=2.2, label="motion")
+    ax.plot(*points[0][:, None], "s", color="#d1495b", markersize=6, label="start")
+    ax.plot(*goal[:, None], "*", color="#0b6e4f", markersize=13, label="goal")
+    ax.set_box_aspect([np.ptp(limits) for limits in (ax.get_xlim(), ax.get_ylim(), ax.get_zlim())], zoom=0.87)
+    for axis in (ax.xaxis, ax.yaxis, ax.zaxis):
+        axis.set_major_locator(plt.MaxNLocator(4))
+    ax.legend(loc="upper left", frameon=False, fontsize=8)
 
 
 def operation_plane(folder):
@@ -67,7 +77,7 @@ def operation_plane(folder):
     b /= np.linalg.norm(b)
     s, t = np.meshgrid([-0.5, 4.2], [-1.4, 1.4])
     ax.plot_surface(*np.moveaxis(goal + s[..., None] * a + t[..., None] * b, -1, 0), color="#e8c07d", alpha=0.25)
-    ax.plot(*path.points.T, color="#d1495b", linewidth=2.2)
+    finish_3d(ax, path.points, field.goal)
     ax.set_title("the motion in space, its plane")
     out = np.cross(a, b)
     flat = HarmonicField([0.0, 0.0], ([[center @ a, center @ b]], [field.world.radii[0]]))
@@ -87,8 +97,8 @@ def three_obstacles(folder):
     grid = figure.add_gridspec(2, 2, height_ratios=[3, 1], width_ratios=[1.15, 1])
     ax = figure.add_subplot(grid[:, 0], projection="3d")
     balls_3d(ax, field)
-    ax.plot(*path.points.T, color="#d1495b", linewidth=2.2)
-    ax.set(title="motion among three obstacles", zlabel="")
+    finish_3d(ax, path.points, field.goal)
+    ax.set_title("motion among three obstacles")
     upper, lower = figure.add_subplot(grid[0, 1]), figure.add_subplot(grid[1, 1])
     way = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(path.points, axis=0), axis=1))])
     distances, weights = field.world.clearances(path.points), field.weights(path.points)
@@ -113,9 +123,8 @@ def humanoid_ball(folder):
     balls_3d(ax, field)
     for path in paths:
         ax.plot(*path.points.T, color="#1b2a41", linewidth=0.8)
-    ax.plot(*field.trace(scene.start.position, step=0.005).points.T, color="#d1495b", linewidth=2.2)
-    ax.plot(*field.goal[:, None], "*", color="#0b6e4f", markersize=14)
-    ax.set_aspect("equal")
+    finish_3d(ax, field.trace(scene.start.position, step=0.005).points, field.goal)
+    ax.set_title("gradient lines around a ball")
     figure.savefig(folder / "field-humanoid-fig3.png", dpi=85)
 
 

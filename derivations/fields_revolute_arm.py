@@ -124,6 +124,9 @@ def picture(folder):
         x = c + (ball * a) @ R.T
         space.plot_surface(*np.moveaxis(x, -1, 0), color="#8aa0b8", alpha=0.35, linewidth=0)
     space.plot(*path.points.T, color="#d1495b", linewidth=2)
+    space.plot(*path.points[0][:, None], "s", color="#d1495b", markersize=6)
+    space.plot(*path.points[-1][:, None], "*", color="#0b6e4f", markersize=13)
+    space.set_box_aspect([np.ptp(limits) for limits in (space.get_xlim(), space.get_ylim(), space.get_zlim())], zoom=0.85)
     space.set(
         xlabel=r"$\theta_1$ [rad]", ylabel=r"$\theta_2$ [rad]", zlabel=r"$\theta_3$ [rad]", title="configuration space"
     )
@@ -135,7 +138,8 @@ def picture(folder):
     for k, p in enumerate(joints(path.points[at])):
         p = np.vstack([[0, 0, 0], p])
         arm.plot(*p.T, "-o", color=plt.cm.viridis(k / 8), linewidth=2.5, markersize=3)
-    arm.set(xlabel="x [m]", ylabel="y [m]", zlabel="z [m]", title="nine snapshots", box_aspect=(1, 1.6, 1))
+    arm.set(xlabel="x [m]", ylabel="y [m]", zlabel="z [m]", title="nine snapshots, from dark to light")
+    arm.set_box_aspect([np.ptp(limits) for limits in (arm.get_xlim(), arm.get_ylim(), arm.get_zlim())], zoom=0.85)
     figure.savefig(f"{folder}/field-rn-fig6-7.png", dpi=85)
 
 

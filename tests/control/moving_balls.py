@@ -46,7 +46,9 @@ class Flight:
 
     def advance(self, h, look=True):
         if look:
-            leaving = ((self.centres < self.low) & (self.velocities < 0)) | ((self.centres > self.high) & (self.velocities > 0))
+            leaving = ((self.centres < self.low) & (self.velocities < 0)) | (
+                (self.centres > self.high) & (self.velocities > 0)
+            )
             for k in np.flatnonzero(leaving.any(axis=1)):
                 self.turn(k)
             # what stands at the base cannot move away, so nothing flies there
@@ -64,10 +66,16 @@ class Contact:
     depth: float
     own_rate: float  # of the distance, by the robot's motion
     closing: float  # of the ball, along the normal
-    retreat: (
-        float  # the fastest that any velocity within the limits could have moved the body away, other bodies considered
-    )
+    retreat: float  # the fastest any velocity within the limits could move the body away, touching nothing else
+    careful: float  # the same, coming nearer to no other ball that might get to it while it stops
     reason: str
+
+    @property
+    def kind(self):
+        """overrun: faster than any retreat. squeezed: a retreat only towards another ball. avoidable: neither."""
+        if self.closing >= self.retreat:
+            return "overrun"
+        return "squeezed" if self.closing >= self.careful else "avoidable"
 
 
 def fastest_retreat(loop, q, row, others, ahead=0.2, careful=0.0):
@@ -102,8 +110,13 @@ def rows_at(robot, q, centres, radii, below):
     return [(d[0, i, j], i, j, slope[:, i, j]) for i, j in near if robot.capsules.link[i] > 0]
 
 
-def simulate(robot, seconds, seed, *, speed, balls=8, period=1e-3, clearance=0.01, chunk=500, goals=None, known=True, **options):
-    """Runs the loop, which may see how the balls move now (known) or not; new goals as it arrives or every 4 s. Returns contacts (first of each touch), steps by reason, least clearance."""
+def simulate(
+    robot, seconds, seed, *, speed, balls=8, period=1e-3, clearance=0.01, chunk=500, goals=None, known=True, **options
+):
+    """Runs the loop, which may see how the balls move now (known) or not; new goals as it arrives or every 4 s.
+
+    Returns contacts (the first of each touch), steps by reason, least clearance, goals reached, and what limits say.
+    """
     rng = np.random.default_rng(seed)
     flight = Flight(rng, balls, speed)
     q = np.array([0.0, -0.6, 0.0, -2.2, 0.0, 1.8, 0.7])
@@ -117,7 +130,7 @@ def simulate(robot, seconds, seed, *, speed, balls=8, period=1e-3, clearance=0.0
         robot, (flight.centres, flight.radii), period=period, clearance=clearance, obstacle_speed=speed, **options
     )
     lower, upper = loop._limits[0], loop._limits[1]
-    contacts, touching, reasons, steps, least = [], set(), {}, [], np.inf
+    contacts, touching, reasons, least = [], set(), {}, np.inf
     goal, since, reached = None, 0.0, 0
     count = round(seconds / period)
     unproved = 0
@@ -155,7 +168,7 @@ def simulate(robot, seconds, seed, *, speed, balls=8, period=1e-3, clearance=0.0
                 rows = rows_at(robot, Q[k], centres, flight.radii, 0.3)
                 depth, i, _, row = min((row for row in rows if row[2] == j), key=lambda row: row[0])
 
-                def closing(i, j, k=k, centres=centres, velocities=velocities):
+                def closing(i, j, k=k, centres=centres, velocities=velocities, x=x):
                     n = x[k, i] - centres[j]
                     return float(n @ velocities[j] / np.linalg.norm(n))
 
@@ -164,7 +177,15 @@ def simulate(robot, seconds, seed, *, speed, balls=8, period=1e-3, clearance=0.0
                 careful = fastest_retreat(loop, Q[k], row, others, careful=clearance + 0.3 * speed)
                 contacts.append(
                     Contact(
-                        (start + k) * period, int(i), int(j), depth, float(row @ dq), closing(i, j), retreat, careful, reason
+                        (start + k) * period,
+                        int(i),
+                        int(j),
+                        depth,
+                        float(row @ dq),
+                        closing(i, j),
+                        retreat,
+                        careful,
+                        reason,
                     )
                 )
             touching.add((j, start + k))

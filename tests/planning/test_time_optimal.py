@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -66,7 +67,9 @@ def test_one_joint_is_bang_bang():
         exact = 2 * np.sqrt(way / a) if way <= v * v / a else way / v + v / a
         path = time_optimal_path(np.linspace([0.0], [way], 5), np.array([v]), np.array([a]), 1e-3)
         assert exact <= path.duration <= 1.01 * exact
-        jerky = time_optimal_path(np.linspace([0.0], [way], 5), np.array([v]), np.array([a]), 1e-3, jerk=np.array([40.0]))
+        jerky = time_optimal_path(
+            np.linspace([0.0], [way], 5), np.array([v]), np.array([a]), 1e-3, jerk=np.array([40.0])
+        )
         # the exact time with a jerk limit where all three phases are reached is longer by a / j
         assert exact + (0.1 if way == 3.0 else 0.0) <= jerky.duration * 1.001 and jerky.duration < exact + 0.25
 
@@ -79,6 +82,23 @@ def test_no_motion_and_bad_options():
         timed(robot, np.stack([here, here + 0.1]), Options(timing="fast"))
     with pytest.raises(InputError, match="jerk"):
         timed(robot, np.stack([here, here + 0.1]), Options(jerk=10.0))
+
+
+@pytest.mark.parametrize("jerk", [None, 200.0])
+def test_without_topp_ra_limits_hold_all_the_same(monkeypatch, jerk):
+    from horosphere.planning import _time_optimal
+
+    robot = robots.load("panda")
+    options = Options(timing="time-optimal", time_step=1e-3, jerk=jerk)
+    best = timed(robot, waypoints_of(0, robot), options)
+    monkeypatch.setattr(_time_optimal, "_fastest", lambda *_: None)
+    path = timed(robot, waypoints_of(0, robot), options)
+    h = path.time[1]
+    assert (np.abs(np.diff(path.positions, axis=0)) / h <= robot.limits.velocity).all()
+    assert (np.abs(np.diff(path.positions, n=2, axis=0)) / h**2 <= robot.limits.acceleration * (1 + 1e-6)).all()
+    if jerk:
+        assert np.abs(np.diff(path.positions, n=3, axis=0)).max() / h**3 <= jerk * 1.01
+    assert path.duration > best.duration
 
 
 def scene_and_plan():
@@ -114,7 +134,11 @@ def test_resampled_for_a_controller(reached, rate):
         assert len(hits) and hits[-1] > at
         at = hits[hits > at][0]
     speed = np.abs(np.diff(new, axis=0)).max(axis=0) * rate
-    assert (speed <= np.abs(np.diff(plan.trajectory.positions, axis=0) / np.diff(plan.trajectory.time)[:, None]).max(axis=0) * (1 + 1e-9)).all()
+    assert (
+        speed
+        <= np.abs(np.diff(plan.trajectory.positions, axis=0) / np.diff(plan.trajectory.time)[:, None]).max(axis=0)
+        * (1 + 1e-9)
+    ).all()
 
 
 def test_a_corner_is_kept():
@@ -141,3 +165,30 @@ def test_agrees_with_smooth_on_any_coordinates():
     v, a = np.array([1.0, 1.0]), np.array([3.0, 3.0])
     fast, smooth = time_optimal_path(points, v, a, 1e-3), timed_path(points, v, a, 1e-3, ("x", "y"))
     assert fast.duration < smooth.duration
+
+
+def test_the_page_runs():
+    page = (Path(__file__).parents[2] / "docs" / "timing.md").read_text()
+    names: dict = {}
+    exec(page.split("```python\n")[1].split("```")[0], names)
+    assert names["plan"].solved and names["fast"].certificate.certified and names["fast"].how == "certified anew"
+
+
+def test_mcap_holds_what_foxglove_needs(tmp_path, reached):
+    factory = pytest.importorskip("mcap_ros2.decoder").DecoderFactory()
+    from mcap.reader import make_reader
+
+    from horosphere.io import save_trajectory
+
+    trajectory = resample(reached[1].trajectory, 500.0).trajectory
+    with open(save_trajectory(trajectory, tmp_path / "t.mcap"), "rb") as file:
+        reader = make_reader(file, decoder_factories=[factory])
+        assert reader.get_header().profile == "ros2"
+        summary = reader.get_summary()
+        (schema,), (channel,) = summary.schemas.values(), summary.channels.values()
+        assert (schema.name, schema.encoding) == ("trajectory_msgs/msg/JointTrajectory", "ros2msg")
+        assert (channel.message_encoding, channel.topic) == ("cdr", "/joint_trajectory")
+        ((_, _, _, message),) = reader.iter_decoded_messages()
+    times = [p.time_from_start.sec + 1e-9 * p.time_from_start.nanosec for p in message.points]
+    np.testing.assert_allclose(times, trajectory.time, atol=1e-9)
+    np.testing.assert_array_equal([p.positions for p in message.points], trajectory.positions)

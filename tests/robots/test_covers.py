@@ -185,7 +185,9 @@ def test_missing_and_broken_meshes_are_named(tmp_path):
     notes = " ".join(robot.notes)
     assert "3 mesh(es) of 3 link(s) could not be used" in notes and "link3.dae cannot be read" in notes
     assert "WITHOUT collision body: link3, link4, link5" in notes
-    helped = robots.load(path, capsules={"link0": 0.1, "link1": 0.1, "link2": 0.1, "link3": 0.07, "link5": []}, link_radius=0.06)
+    helped = robots.load(
+        path, capsules={"link0": 0.1, "link1": 0.1, "link2": 0.1, "link3": 0.07, "link5": []}, link_radius=0.06
+    )
     assert "WITHOUT" not in " ".join(helped.notes) and 4 in helped.capsules.link
 
 
@@ -203,7 +205,7 @@ def test_collada_units_and_scales(tmp_path):
     )
     robot = robots.load(tmp_path / "r.urdf", budget=1, tip="b")
     low = (np.minimum(robot.capsules.a, robot.capsules.b) - robot.capsules.radius[:, None]).min(axis=0)
-    assert (-0.12 < low).all() and (low <= [-0.05, -0.02, -0.04]).all()
+    assert (low > -0.12).all() and (low <= [-0.05, -0.02, -0.04]).all()
 
 
 @pytest.mark.parametrize("collision", ["capsules", "spheres"])
@@ -264,7 +266,10 @@ def test_built_in_robots_as_balls():
     rng = np.random.default_rng(0)
     for k in range(len(arm.capsules)):
         a, b, r = arm.capsules.a[k], arm.capsules.b[k], arm.capsules.radius[k]
-        own = [_bodies.Body(caps.a[i], caps.b[i], caps.radius[i]) for i in np.flatnonzero(caps.link == arm.capsules.link[k])]
+        own = [
+            _bodies.Body(caps.a[i], caps.b[i], caps.radius[i])
+            for i in np.flatnonzero(caps.link == arm.capsules.link[k])
+        ]
         directions = rng.normal(size=(500, 3))
         directions /= np.linalg.norm(directions, axis=1)[:, None]
         skin = a + rng.uniform(0, 1, (500, 1)) * (b - a) + r * directions

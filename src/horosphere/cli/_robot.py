@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from cyclopts import Parameter
 
@@ -19,6 +19,13 @@ def robot(
     tip: str | None = None,
     capsules: Path | None = None,
     link_radius: float | None = None,
+    srdf: Path | None = None,
+    group: str | None = None,
+    collision: Literal["capsules", "spheres"] = "capsules",
+    budget: int | None = None,
+    tolerance: float = 0.005,
+    geometry: Literal["auto", "collision", "visual"] = "auto",
+    pairs: bool = False,
     out_file: Annotated[Path | None, Parameter(name="--out")] = None,
     json: bool = False,
 ) -> int:
@@ -38,15 +45,30 @@ def robot(
         A capsule file with the collision bodies, for a robot whose meshes are missing.
     link_radius
         Metres; capsules of this radius along the links that have no collision body.
+    srdf
+        A MoveIt SRDF: pairs of links that it disables are not checked against each other.
+    group
+        The group of the SRDF whose chain is taken.
+    collision
+        What meshes are covered by.
+    budget
+        At most so many bodies round the meshes of a link: 4 capsules or 16 spheres by default.
+    tolerance
+        Metres; no more bodies than keep them from standing out of the meshes further than this.
+    geometry
+        What is covered: `auto` is the collision geometry, and the visual one where that is missing.
+    pairs
+        List all pairs of links: checked against each other or not, and why.
     out_file
-        Write the robot as a file (YAML) that `robot: {file: ...}` of a scene reads.
+        Write the robot as a file: YAML, which `robot: {file: ...}` of a scene reads, or URDF, with spheres and cylinders.
     json
         Print everything as JSON.
     """
     from .. import robots
 
     with out.working("reading the robot"):
-        options: dict[str, Any] = {"base": base, "tip": tip, "link_radius": link_radius}
+        options: dict[str, Any] = {"base": base, "tip": tip, "link_radius": link_radius, "srdf": srdf, "group": group}
+        options |= {"collision": collision, "budget": budget, "tolerance": tolerance, "geometry": geometry}
         loaded = robots.load(file, capsules=capsules, **options)
         data = robots.describe(loaded)
         if out_file is not None:
@@ -66,14 +88,39 @@ def robot(
         ("Chain", " > ".join(data["chain"])),
         ("Inverse kinematics", f"closed form, {form['name']}" if form else "numerical"),
         ("Collision model", f"{len(bodies)} bodies on {', '.join(data['collision']['links'])}" if bodies else "NONE"),
-        ("Self-collision", f"{len(data['collision']['self_pairs'])} pairs of links are checked"),
+        ("Self-collision", _pair_counts(data["collision"]["pairs"], len(data["collision"]["self_pairs"]))),
     ]
+    if data["collision"]["static_links"]:
+        rows.append(("Stand still", ", ".join(data["collision"]["static_links"])))
     if out_file is not None:
         rows.append(("Written", out_file))
     out.print_rows(rows)
     _print_joints(data["joints"])
+    if pairs:
+        _print_pairs(data["collision"]["pairs"])
     out.print_notes(data["notes"])
     return out.DONE
+
+
+def _pair_counts(pairs: list[dict[str, Any]], checked: int) -> str:
+    """How many pairs are checked, and for which reasons the others are not."""
+    from collections import Counter
+
+    reasons = Counter(pair["why"].split(":")[0] for pair in pairs if not pair["checked"])
+    others = ", ".join(f"{count} {reason}" for reason, count in reasons.most_common())
+    return f"{checked} pairs of links are checked" + (f"; not checked: {others}" if others else "")
+
+
+def _print_pairs(pairs: list[dict[str, Any]]) -> None:
+    from rich.table import Table
+
+    table = Table(box=None, padding=(0, 2, 0, 0))
+    for name in ("link", "link", "checked", "why"):
+        table.add_column(name, header_style="dim", overflow="fold")
+    for pair in pairs:
+        first, second = map(out.plain_text, pair["links"])
+        table.add_row(first, second, "yes" if pair["checked"] else "no", out.plain_text(pair["why"]))
+    out.print_table(table)
 
 
 def _print_joints(joints: list[dict[str, Any]]) -> None:

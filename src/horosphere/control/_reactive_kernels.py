@@ -6,9 +6,8 @@ The robot comes as in `horosphere.distance._body_kernels`, its capsules sorted b
   P (p, 2) int64: pairs of capsules      S, V, E: solids (rows of shapes.pack), how fast each may move, m/s, and the velocity
   that it probably has; of an unknown one (NaN) that it comes straight on
   M (5, n): lower, upper, velocity, acceleration limits, weights of the projection
-  par: see the indices below      goal: kind (0 joints, 1 pose, 2 point), then q, or rotation by rows and position, or position
-A stop: the velocity u for one period, then (1 - i beta h) u in period i, beta = min a_j / |u_j|: the joints run straight, over
-S u in the time T.
+  par: see `_reactive_motion_kernels.py`
+  goal: kind (0 joints, 1 pose, 2 point), then q, or rotation by rows and position, or position
 """
 
 from __future__ import annotations
@@ -20,102 +19,37 @@ import numpy as np
 from ..distance._body_kernels import add_slope, inner, place, self_distance
 from ..distance._pair_kernels import segment_distance
 from ..kernels import jit
+from ._reactive_goal_kernels import wanted
+from ._reactive_motion_kernels import (
+    ANGLE,
+    MARGIN,
+    OWN_MARGIN,
+    PERIOD,
+    RATE,
+    RETREAT,
+    SWEEPS,
+    TINY,
+    TOLERANCE,
+    closing_speed,
+    lookout,
+    motion,
+    proved,
+    stopping,
+)
 
-PERIOD, MARGIN, OWN_MARGIN, RATE, GAIN, TIP, SPEED, TURN, POSTURE, SWEEPS, TOLERANCE, ANGLE, RETREAT = range(13)
 MOVING, ARRIVED, BLOCKED, RETREATING, STOPPING, STOPPED = range(6)
 HALF_SPACE = 3.0
-TINY = 1e-12
 SLIDE = 2e-4  # m
-
-
-@inner
-def stopping(u, M, h):
-    """(S, T): how far along u, and how long, until rest from the velocity u."""
-    beta = np.inf
-    for c in range(u.shape[0]):
-        if u[c] != 0.0:
-            beta = min(beta, M[3, c] / abs(u[c]))
-    if beta * h >= 1.0:
-        return h, h
-    count = math.floor(1.0 / (beta * h))
-    return h * (1.0 + count - 0.5 * beta * h * count * (count + 1.0)), h * (count + 1.0)
-
-
-@inner
-def closing_speed(room, brake, rate):
-    """The fastest approach from a distance `room` that brakes by no more than `brake`, at last as rate * room; it joins smoothly."""
-    if room * rate * rate <= brake:
-        return rate * room
-    return math.sqrt(2.0 * brake * (room - 0.5 * brake / (rate * rate)))
-
-
-@inner
-def lookout(speed, pull, rate):
-    """Metres within which bodies that close at up to `speed` are taken into account; `pull`: the largest acceleration."""
-    return speed / rate + speed * speed / max(0.5 * pull, 0.1)
-
-
-@inner
-def twists(J, C, T, u, W):
-    """W (k, 6): of every frame the angular velocity, and the velocity of its point at the world's origin, for joint rates u."""
-    for k in range(J.shape[0]):
-        parent = J[k, 0]
-        for r in range(6):
-            W[k, r] = W[parent, r] if parent >= 0 else 0.0
-        if J[k, 1] > 0:
-            rate = C[k, 12] * u[J[k, 2]]
-            zx, zy, zz = rate * T[k, 2], rate * T[k, 5], rate * T[k, 8]
-            if J[k, 1] == 1:
-                px, py, pz = T[k, 9], T[k, 10], T[k, 11]
-                W[k, 0] += zx
-                W[k, 1] += zy
-                W[k, 2] += zz
-                zx, zy, zz = py * zz - pz * zy, pz * zx - px * zz, px * zy - py * zx
-            W[k, 3] += zx
-            W[k, 4] += zy
-            W[k, 5] += zz
-
-
-@inner
-def along(W, k, stop, x, y, z, nx, ny, nz):
-    """n . velocity of the point x of frame k, seen from frame `stop`."""
-    wx, wy, wz = W[k, 0] - W[stop, 0], W[k, 1] - W[stop, 1], W[k, 2] - W[stop, 2]
-    vx = W[k, 3] - W[stop, 3] + wy * z - wz * y
-    vy = W[k, 4] - W[stop, 4] + wz * x - wx * z
-    vz = W[k, 5] - W[stop, 5] + wx * y - wy * x
-    return nx * vx + ny * vy + nz * vz
-
-
-@inner
-def motion(J, C, T, k, stop, x, y, z, radius, u, S):
-    """Bounds for a point within `radius` of x on frame k while q runs over S u, seen from frame `stop`.
-
-    (speed, bend): |dx/ds| <= speed, and |d2x/ds2| <= bend. From the tip down: rho bounds the distance to an axis on the way;
-    |d2x / dq_j dq_k| <= rho of the joint nearer to the tip.
-    """
-    speed, bend = 0.0, 0.0
-    while k != stop and k > 0:
-        rate = abs(C[k, 12] * u[J[k, 2]])
-        if rate > 0.0:
-            if J[k, 1] == 1:
-                zx, zy, zz = T[k, 2], T[k, 5], T[k, 8]
-                px, py, pz = x - T[k, 9], y - T[k, 10], z - T[k, 11]
-                cx, cy, cz = py * zz - pz * zy, pz * zx - px * zz, px * zy - py * zx
-                rho = math.sqrt(cx * cx + cy * cy + cz * cz) + radius + S * speed
-                bend += rate * (rate * rho + 2.0 * speed)
-                speed += rate * rho
-            else:
-                speed += rate
-        k = J[k, 0]
-    return speed, bend
+CLOSE = 0.02  # m
 
 
 @inner
 def look(J, C, L, F, B, K, S, V, G, P, T, X, M, par, top, reach, stop_time, N, I, A, b, seen):
-    """Pairs that matter this period: N (c, 8) = distance, witness, direction, speed; I (c, 5) = capsule, other, what, stop, frame of the other.
+    """Pairs that matter this period: N (c, 8) = distance, witness, direction, speed; I (c, 5) = capsule, other capsule, what it
+    meets, frame that both hang from, frame of the other.
 
-    A pair is left out if no velocity |u| <= top can make it matter; A, b: the rows a . u >= b, the nearest capsule of every
-    frame and solid (every two frames). Returns (pairs, rows); seen: the least distance to a solid, capsule, solid, and of the
+    A pair is left out if no velocity |u| <= top can make it matter; A, b: the rows a . u >= b, for the nearest capsule of
+    every frame and solid and those that are close (of every two frames the nearest pair). Returns (pairs, rows); seen: the least distance to a solid, capsule, solid, and of the
     robot's own pairs, capsule, pair.
     """
     rate, count, rows = par[RATE], 0, 0
@@ -136,7 +70,7 @@ def look(J, C, L, F, B, K, S, V, G, P, T, X, M, par, top, reach, stop_time, N, I
                     rough = math.sqrt(x * x + y * y + z * z) - S[j, 4] - B[k, 3]
                 if rough >= need and rough >= seen[0]:
                     continue
-                nearest, best = np.inf, -1
+                nearest, best, first = np.inf, -1, count
                 for i in range(F[k, 0], F[k, 1]):
                     if S[j, 0] != HALF_SPACE:
                         x = X[i, 0] + 0.5 * X[i, 3] - S[j, 1]
@@ -156,9 +90,11 @@ def look(J, C, L, F, B, K, S, V, G, P, T, X, M, par, top, reach, stop_time, N, I
                         if d < nearest:
                             nearest, best = d, count
                         count += 1
-                if best >= 0 and rows < A.shape[0]:
-                    add_row(J, C, T, X, K, N, I, best, k, par[MARGIN], A, b, rows)
-                    rows += 1
+                for pair in range(first, count):
+                    # the nearest body of the link, and others where it is close: they turn into its way
+                    if rows < A.shape[0] and (pair == best or N[pair, 0] < par[MARGIN] + CLOSE):
+                        add_row(J, C, T, X, K, N, I, pair, k, par[MARGIN], A, b, rows)
+                        rows += 1
     for g in range(G.shape[0]):
         ka, kb, stop = G[g, 0], G[g, 1], G[g, 2]
         ax = T[ka, 9] + T[ka, 0] * B[ka, 0] + T[ka, 1] * B[ka, 1] + T[ka, 2] * B[ka, 2]
@@ -267,184 +203,6 @@ def project(u, A, b, rows, M, lo, hi, lam, nu, sweeps):
             break
 
 
-@inner
-def proved(J, C, L, K, T, X, W, N, I, count, M, par, q, u):
-    """Whether one period of the velocity u and a stop are safe: every pair keeps its margin until rest, or parts.
-
-    In the direction n of a pair the ends of the two capsules move apart by at least g s - K s^2, for s along u: g = n . velocity,
-    K half the bound of the second derivative. It parts if that never falls below 0, and rises during the whole period.
-    """
-    reach, time = stopping(u, M, par[PERIOD])
-    for c in range(u.shape[0]):
-        end = q[c] + reach * u[c]
-        if (u[c] > 0.0 and end > M[1, c] + 1e-9) or (u[c] < 0.0 and end < M[0, c] - 1e-9):
-            return False
-    twists(J, C, T, u, W)
-    still = True
-    for c in range(u.shape[0]):
-        still = still and u[c] == 0.0
-    if still:
-        return True
-    for i in range(L.shape[0]):
-        X[i, 7] = -1.0  # bounds of the motion of the capsule's ends, once they are asked for
-    for p in range(count):
-        i, j, stop = I[p, 0], I[p, 1], I[p, 3]
-        d, nx, ny, nz, speed = N[p, 0], N[p, 4], N[p, 5], N[p, 6], N[p, 7]
-        margin = par[MARGIN] if j < 0 else par[OWN_MARGIN]
-        k = L[i]
-        keeps, parts = True, True
-        x0, y0, z0 = N[p, 1], N[p, 2], N[p, 3]
-        ends = 1 if X[i, 3] == 0.0 and X[i, 4] == 0.0 and X[i, 5] == 0.0 else 2
-        if j < 0:
-            if X[i, 7] < 0.0:
-                fast, bend = motion(J, C, T, k, 0, X[i, 0], X[i, 1], X[i, 2], 0.0, u, reach)
-                if ends == 2:
-                    x, y, z = X[i, 0] + X[i, 3], X[i, 1] + X[i, 4], X[i, 2] + X[i, 5]
-                    faster, more = motion(J, C, T, k, 0, x, y, z, 0.0, u, reach)
-                    fast, bend = max(fast, faster), max(bend, more)
-                X[i, 7], X[i, 8] = fast, 0.5 * bend
-            if d - speed * time - X[i, 7] * reach >= margin + 1e-11:
-                continue
-        others, kj = 1, 0
-        if j >= 0:
-            kj = L[j]
-            others = 1 if X[j, 3] == 0.0 and X[j, 4] == 0.0 and X[j, 5] == 0.0 else 2
-        gap = d + K[i, 6]
-        if j >= 0:
-            gap += K[j, 6]
-        for e in range(ends):
-            x, y, z = X[i, 0] + e * X[i, 3], X[i, 1] + e * X[i, 4], X[i, 2] + e * X[i, 5]
-            ahead = nx * (x - x0) + ny * (y - y0) + nz * (z - z0)
-            rise = along(W, k, stop, x, y, z, nx, ny, nz)
-            bend = X[i, 8] if j < 0 else 0.5 * motion(J, C, T, k, stop, x, y, z, 0.0, u, reach)[1]
-            for f in range(others):
-                more, rises, bends = ahead, rise, bend
-                if j >= 0:
-                    x, y, z = X[j, 0] + f * X[j, 3], X[j, 1] + f * X[j, 4], X[j, 2] + f * X[j, 5]
-                    # the other witness is x0 - gap n, and its capsule ends lie behind it
-                    more -= nx * (x - x0) + ny * (y - y0) + nz * (z - z0) + gap
-                    rises -= along(W, kj, stop, x, y, z, nx, ny, nz)
-                    bends += 0.5 * motion(J, C, T, kj, stop, x, y, z, 0.0, u, reach)[1]
-                least = d + more + min(0.0, (rises - bends * reach) * reach - speed * time)
-                keeps = keeps and least >= margin + 1e-11
-                parts = parts and rises >= bends * max(reach, 2.0 * par[PERIOD])
-        if not (keeps or parts):
-            return False
-    return True
-
-
-@inner
-def wanted(J, C, T, par, goal, posture, tool, q, M, Jt, H, u):
-    """The velocity towards the goal, within the velocity limits; returns the error (m or rad, joint units for joints)."""
-    n, gain, error, angle = q.shape[0], par[GAIN], 0.0, 0.0
-    if goal[0] == 0.0:
-        scale = gain
-        for c in range(n):
-            u[c] = goal[1 + c] - q[c]
-            size = abs(u[c])
-            error = max(error, size)
-            if size > 0.0:
-                scale = min(scale, min(M[2, c], closing_speed(size, 0.8 * M[3, c], gain)) / size)
-        for c in range(n):
-            u[c] *= scale
-        return error, 0.0
-    k = int(par[TIP])
-    rank = 6 if goal[0] == 1.0 else 3
-    x = T[k, 9] + T[k, 0] * tool[9] + T[k, 1] * tool[10] + T[k, 2] * tool[11]
-    y = T[k, 10] + T[k, 3] * tool[9] + T[k, 4] * tool[10] + T[k, 5] * tool[11]
-    z = T[k, 11] + T[k, 6] * tool[9] + T[k, 7] * tool[10] + T[k, 8] * tool[11]
-    first = 10 if rank == 6 else 1
-    v = H[6]
-    v[0], v[1], v[2] = goal[first] - x, goal[first + 1] - y, goal[first + 2] - z
-    error = math.sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2])
-    scale = min(par[SPEED], closing_speed(error, 4.0 * par[SPEED], gain)) / error if error > 0.0 else 0.0
-    for r in range(3):
-        v[r] *= scale
-    if rank == 6:
-        R = H[7:9].reshape(12)[:9]
-        for r in range(3):
-            for c in range(3):  # the tool's rotation now
-                R[3 * r + c] = T[k, 3 * r] * tool[c] + T[k, 3 * r + 1] * tool[3 + c] + T[k, 3 * r + 2] * tool[6 + c]
-        E = H[9:11].reshape(12)[:9]
-        for r in range(3):
-            for c in range(3):
-                E[3 * r + c] = (
-                    goal[1 + 3 * r] * R[3 * c] + goal[2 + 3 * r] * R[3 * c + 1] + goal[3 + 3 * r] * R[3 * c + 2]
-                )
-        wx, wy, wz = 0.5 * (E[7] - E[5]), 0.5 * (E[2] - E[6]), 0.5 * (E[3] - E[1])
-        s, cosine = math.sqrt(wx * wx + wy * wy + wz * wz), 0.5 * (E[0] + E[4] + E[8] - 1.0)
-        angle = math.atan2(s, cosine)
-        if s < 1e-7 and cosine < 0.0:  # half a turn: the axis is the longest column of E + 1
-            best = 0
-            for c in range(1, 3):
-                if E[4 * c] > E[4 * best]:
-                    best = c
-            wx, wy, wz = E[best] + (best == 0), E[3 + best] + (best == 1), E[6 + best] + (best == 2)
-            s = math.sqrt(wx * wx + wy * wy + wz * wz)
-        scale = min(par[TURN], closing_speed(angle, 4.0 * par[TURN], gain)) / s if s > 0.0 else 0.0
-        v[3], v[4], v[5] = scale * wx, scale * wy, scale * wz
-    for r in range(rank):
-        for c in range(n):
-            Jt[r, c] = 0.0
-    while k > 0:
-        c, rate = J[k, 2], C[k, 12]
-        zx, zy, zz = rate * T[k, 2], rate * T[k, 5], rate * T[k, 8]
-        if J[k, 1] == 1:
-            px, py, pz = x - T[k, 9], y - T[k, 10], z - T[k, 11]
-            Jt[0, c] += zy * pz - zz * py
-            Jt[1, c] += zz * px - zx * pz
-            Jt[2, c] += zx * py - zy * px
-            if rank == 6:
-                Jt[3, c] += zx
-                Jt[4, c] += zy
-                Jt[5, c] += zz
-        else:
-            Jt[0, c] += zx
-            Jt[1, c] += zy
-            Jt[2, c] += zz
-        k = J[k, 0]
-    for c in range(n):  # towards the posture; the task takes away its own share of it below
-        pull = par[POSTURE] * (posture[c] - q[c])
-        u[c] = min(max(pull, -0.5 * M[2, c]), 0.5 * M[2, c])
-    for r in range(rank):
-        for c in range(n):
-            v[r] -= Jt[r, c] * u[c]
-    damping = 1e-8
-    for attempt in range(2):
-        least = np.inf
-        for r in range(rank):  # Cholesky of J J^T + damping
-            for c in range(r + 1):
-                s = damping if r == c else 0.0
-                for e in range(n):
-                    s += Jt[r, e] * Jt[c, e]
-                for e in range(c):
-                    s -= H[r, e] * H[c, e]
-                if r == c:
-                    least = min(least, s)
-                    H[r, r] = math.sqrt(max(s, 1e-16))
-                else:
-                    H[r, c] = s / H[c, c]
-        if least > 2.5e-3 or attempt == 1:
-            break
-        damping = 2.5e-3 * (1.0 - max(least, 0.0) / 2.5e-3)  # near a singular posture
-    for r in range(rank):
-        for c in range(r):
-            v[r] -= H[r, c] * v[c]
-        v[r] /= H[r, r]
-    for r in range(rank - 1, -1, -1):
-        for c in range(r + 1, rank):
-            v[r] -= H[c, r] * v[c]
-        v[r] /= H[r, r]
-    scale = 1.0
-    for c in range(n):
-        for r in range(rank):
-            u[c] += Jt[r, c] * v[r]
-        scale = min(scale, M[2, c] / max(abs(u[c]), TINY))
-    for c in range(n):
-        u[c] *= scale
-    return error, angle
-
-
 @jit
 def step_into(J, C, L, K, F, B, S, V, E, G, P, M, par, goal, posture, tool, q, before, expected, work, I, out):
     """One period: q (n,), velocity `before` (n,); `expected` (n,) is where q has to be for the stop from `before` to be proved.
@@ -488,7 +246,9 @@ def step_into(J, C, L, K, F, B, S, V, E, G, P, M, par, goal, posture, tool, q, b
         i, j, stop = I[p, 0], I[p, 1], I[p, 3]
         bend = motion(J, C, T, L[i], stop, N[p, 1], N[p, 2], N[p, 3], 0.0, before, reach)[1]
         if j >= 0:
-            bend += motion(J, C, T, L[j], stop, N[p, 1], N[p, 2], N[p, 3], N[p, 0] + K[i, 6] + K[j, 6], before, reach)[1]
+            bend += motion(J, C, T, L[j], stop, N[p, 1], N[p, 2], N[p, 3], N[p, 0] + K[i, 6] + K[j, 6], before, reach)[
+                1
+            ]
         brake = 1e-3
         for c in range(n):
             brake += 0.5 * abs(A[r, c]) * M[3, c]
@@ -521,7 +281,7 @@ def step_into(J, C, L, K, F, B, S, V, E, G, P, M, par, goal, posture, tool, q, b
                         ramp = M[3, c] * h / abs(base[c] - before[c])
                 for c in range(n):
                     u[c] = before[c] + ramp * (base[c] - before[c]) if attempt == 0 else fallback[c]
-                project(u, A, b, rows, M, lo, hi, lam, nu, int(par[SWEEPS]))
+                project(u, A, b, rows, M, lo, hi, lam, nu, int(par[SWEEPS]) * (4 if away else 1))
             share = (1.0, 0.3, 1.0, 0.5, 0.2)[attempt]
             for c in range(n):
                 trial[c] = fallback[c] + share * (u[c] - fallback[c])
@@ -546,5 +306,5 @@ def step_into(J, C, L, K, F, B, S, V, E, G, P, M, par, goal, posture, tool, q, b
     elif largest < 1e-4:
         reason = BLOCKED
     out[n], out[n + 7], out[n + 8], out[n + 9] = reason, 1.0 if sure else 0.0, error, angle
-    out[n + 10], out[n + 11], out[n + 12] = stopping(trial, M, h)[1], count, rows
+    out[n + 10], out[n + 11], out[n + 12] = stopping(trial, M, h)[1] if largest > 0.0 else 0.0, count, rows
     return True

@@ -83,8 +83,8 @@ def track(
     """Simulate a ball that follows a field of unit directions by sliding-mode control, from rest unless `velocity` is given.
 
     `direction`(x) -> (n,); `period` s between control instants, the input being held in between and the plant integrated in
-    `substeps` with the `disturbance`: a size in m/s^2 (turning slowly) or w(t, x) -> (n,). `clearance`(x (b, n)) -> (b,) m is
-    recorded. `grow_radius` > 0 is [Rn]'s second heuristic: direction(x, extra) is asked for zones grown by
+    `substeps` with the `disturbance`: a size in m/s^2 (turning slowly) or w(t, x) -> (n,). `clearance`(x (b, n)) -> (b,) m, of the
+    centre, is recorded less the robot's radius. `grow_radius` > 0 is [Rn]'s second heuristic: direction(x, extra) is asked for zones grown by
     extra = grow_radius x the speed of approach (s times m/s). Reached: within `tolerance` m of the goal.
     Raises InputError for numbers out of range; what happens in the run is a value. Source: [Rn] 2.2; implicit law: docs/fields.md.
     """
@@ -128,7 +128,7 @@ def track(
         t += period
     log.append((t, x, v, np.zeros_like(x), float(np.linalg.norm(v - wanted(x)))))
     time, positions, velocities, inputs, errors = (np.array(column) for column in zip(*log))
-    least = np.inf if clearance is None else float(np.min(clearance(np.array(dense))))
+    least = np.inf if clearance is None else float(np.min(clearance(np.array(dense)))) - robot.radius
     return Track(time, positions, velocities, inputs, errors, reason, least)
 
 

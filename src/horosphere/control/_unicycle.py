@@ -63,8 +63,9 @@ def drive(
 
     Every period the heading turns towards the direction a step ahead, at most at the turn rate; the speed falls with the heading
     error and the curvature. `room`(x (b, 2), u (b, 2)) -> (b,) m, the straight way free of obstacles as `HarmonicField.room` gives
-    it: the arc of a period is kept within the fraction `keep` of the least room over its headings, so that it ends in free
-    space whatever the period (zones at convex distance: docs/fields.md). Such a stop is not bounded by the acceleration.
+    it: the arc of a period is no longer than the fraction `keep` of the least room over *all* its headings, so that all of it
+    stays free whatever the period (zones at convex distance; proof in docs/fields.md). Such a stop is not bounded by the
+    acceleration. `clearance`(x (b, 2)) -> (b,) m, of the centre, is recorded less the robot's radius.
     """
     pose = float_array(start, "start", ndim=1, last=3).copy()
     g = float_array(goal, "goal", ndim=1, last=2)
@@ -96,17 +97,26 @@ def drive(
         speed *= max(0.0, np.cos(off)) ** 2
         v = min(speed, v + robot.max_acceleration * period, rest * max(0.0, np.cos(off)) / period)
         if room is not None and v > 0.0:
-            turns = heading + np.linspace(0.0, rate * period, 9)
-            ways = np.stack([np.cos(turns), np.sin(turns)], axis=-1)
-            v = min(v, keep * float(np.min(room(np.broadcast_to(x, (9, 2)), ways))) / period)
+            v = min(v, keep * _arc_room(room, x, heading, rate * period) / period)
         log.append((t, *x, heading, v, rate))
         for fraction in (0.25, 0.5, 0.75, 1.0):
             dense.append(x + _arc(heading, v, rate, fraction * period))
         x, heading, t = dense[-1], float(wrap_angle(heading + rate * period)), t + period
     log.append((t, *x, heading, 0.0, 0.0))
     table = np.array(log)
-    least = np.inf if clearance is None else float(np.min(clearance(np.array(dense))))
+    least = np.inf if clearance is None else float(np.min(clearance(np.array(dense)))) - robot.radius
     return Drive(table[:, 0], table[:, 1:4], table[:, 4], table[:, 5], reason, least)
+
+
+def _arc_room(room: Callable[[Array, Array], Array], x: Array, heading: float, turn: float) -> float:
+    """A lower bound, in metres, of the room at `x` over all headings from `heading` through `turn` (at most half a turn).
+
+    Along u(t) the room before zone i is d_i / c_i(t), c_i(t) = -n_i . u(t), a cosine of t. Between two samples f apart c_i is at most
+    its larger end value, or, with its peak between them, that value / cos(f / 2): the nearer sample is within f / 2 of the peak.
+    """
+    samples = np.linspace(0.0, turn, 9)
+    ways = np.stack([np.cos(heading + samples), np.sin(heading + samples)], axis=-1)
+    return float(np.cos(0.5 * (samples[1] - samples[0])) * np.min(room(np.broadcast_to(x, ways.shape), ways)))
 
 
 def _freest(aim: Array, x: Array, room: Callable[[Array, Array], Array], wanted: float) -> Array:

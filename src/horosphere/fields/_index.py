@@ -13,7 +13,7 @@ MOST_CELLS = 2_000_000
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CellIndex:
-    """For every cell of a grid the balls that can have a weight anywhere in it, packed for `_kernels.evaluate_indexed`.
+    """For every cell of a grid the balls that can have a weight anywhere in it, packed for `_kernels.walk_indexed`.
 
     With m the cell's middle and h its half diagonal, d_i(x) >= d_i(m) - h and min d(x) <= min d(m) + h, so that only balls with
     d_i(m) < min d(m) + 2 h + 2 boundary can count: the indexed field is the same function, not an approximation.
@@ -22,15 +22,15 @@ class CellIndex:
     grid: Array
     starts: NDArray[np.int64]
     blocks: Array
+    rows: int
 
     @property
     def mean_candidates(self) -> float:
-        n = self.grid.shape[1]
-        return float(np.diff(self.starts[:-1]).mean()) / (n + 3)
+        return float(np.diff(self.starts[:-1]).mean()) / self.rows
 
 
 def build_index(centers: Array, radii: Array, table: Array, boundary: float, cells: int | None = None) -> CellIndex:
-    """Index balls of the plane or of space; `table` (n + 3, m) are the rows to pack, `cells` about how many cells to make."""
+    """Index balls of the plane or of space; `table` (rows, m) is what to pack, `cells` about how many cells to make."""
     from scipy.spatial import cKDTree
 
     m, n = centers.shape
@@ -60,4 +60,4 @@ def build_index(centers: Array, radii: Array, table: Array, boundary: float, cel
     sizes.append(table.size)
     starts = np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64)
     grid = np.stack([low, np.full(n, 1.0 / side), count.astype(np.float64)])
-    return CellIndex(grid, starts, np.concatenate(blocks))
+    return CellIndex(grid, starts, np.concatenate(blocks), len(table))

@@ -1,10 +1,13 @@
-"""Compiled loops over balls in R^n: one evaluation of the field, the batch, the sampled-data trace.
+"""The compiled loop over balls in R^n: the field at many points, or the sampled-data motion from one.
 
-A world is: goal (n,); centers (n, m), one row a coordinate, so that the distance loop runs along memory;
-balls (3, m) = radius, charge, exponent; walls (k, n + 2) = (unit normal, offset, 0) of a half-space normal.x >= offset
-that is free, or (centre, 0, radius) of a ball not to be left; options (3,) = boundary width, sensor range (inf: none),
-blend (0 nearest, 1 simplex, 2 smooth, 3 sum). Entries are numbered balls, walls, range.
-Formulas: docs/fields.md. Few functions with plain loops: what is here is compiled on the way to a first plan.
+Coordinates are relative to the goal. A world is: table (n + 5 + k, m), one row a quantity, so that the distance loop runs
+along memory: the centers, radius, charge, exponent, distance of the centre
+to the goal, then the gap of each ball to each of the k walls and to the sensor range; walls
+(k, n + 2) = (unit normal, offset, 0) of a half-space normal.x >= offset that is free, or (centre, 0, radius) of a ball not to be
+left. Entries are numbered balls, walls, sensor range. Formulas: docs/fields.md.
+
+It is compiled on the way to a first plan, and what that costs is the compiler's front end, so much a statement: hence one
+function for both uses, few arrays, no slices, comparisons for min and max.
 """
 
 from __future__ import annotations
@@ -15,252 +18,208 @@ import numpy as np
 
 from ..kernels import jit
 
-REACHED, STALLED, STEP_LIMIT = 0, 1, 2
+REACHED, STALLED, STEP_LIMIT, RAY = 0, 1, 2, 3
+# places in `settings`; from DIRECTION on the direction of a given step
+BOUNDARY, RANGE, BLEND, REACH, STEP, TOLERANCE, KEEP, PATIENCE, GAIN = range(9)
+CODE, CLOSEST, LENGTH, BEST, SINCE, GIVEN, NEAR, DIRECTION = range(9, 17)
 
 
 @jit
-def evaluate(x, goal, centers, balls, walls, options, d, mu, chosen, e):
-    """e = |x - g|^2 E(x), E the blended field with unit goal strength; d, mu, chosen (entries,) are scratch; the least clearance."""
-    n, m = centers.shape
-    delta, blend = options[0], options[2]
-    for i in range(m):
-        d[i] = 0.0
-    for k in range(n):
+def walk(points, out, table, walls, general, settings, d, inward, mu, chosen):
+    """With settings[STEP] = 0: out (b, n) = |x|^2 E(x) at every x of points (b, n), E the blended field of unit goal strength.
+
+    Else the motion from points[0] into the rows of `points`: returns the number of rows, the rest in settings[CODE], [CLOSEST],
+    [LENGTH]. The code RAY asks for a direction: on the unstable ray of ball settings[NEAR] the caller puts a length into
+    settings[GIVEN] and a unit vector from settings[DIRECTION] on, and calls again from the last row. settings[KEEP] = 0: every step
+    has full length (the papers' rule) and nothing is guaranteed. `d`, `inward`, `mu`, `chosen` (m + k + 1,) are scratch.
+    """
+    n, m, boundary, blend, step = points.shape[1], table.shape[1], settings[BOUNDARY], settings[BLEND], settings[STEP]
+    keep = settings[KEEP]
+    entries = m + table.shape[0] - n - 4
+    for b in range(points.shape[0]):
+        row = b
+        if step > 0.0:
+            row = 0
         for i in range(m):
-            d[i] += (x[k] - centers[k, i]) * (x[k] - centers[k, i])
-    for i in range(m):
-        d[i] = math.sqrt(d[i]) - balls[0, i]
-    entries = m
-    for w in range(walls.shape[0]):
-        s, t = -walls[w, n], 0.0
+            d[i] = 0.0
         for k in range(n):
-            s += x[k] * walls[w, k]
-            t += (x[k] - walls[w, k]) ** 2
-        if walls[w, n + 1] > 0.0:
-            s = walls[w, n + 1] - math.sqrt(t)
-        d[entries] = s
-        entries += 1
-    if options[1] < np.inf:
-        d[entries] = options[1]
-        entries += 1
-    least = np.inf
-    for i in range(entries):
-        least = min(least, d[i])
-    reach = least
-    if blend == 1.0:
-        reach += delta
-    elif blend == 2.0:
-        reach += 2.0 * delta
-    elif blend == 3.0:
-        reach = np.inf
-    used = 0
-    for i in range(entries):
-        if d[i] < reach or d[i] == least:
-            chosen[used] = i
-            used += 1
-    if used == 1 or blend == 3.0:
-        for a in range(used):
-            mu[a] = 1.0
-    elif blend == 2.0:
-        total = 0.0
+            here = points[b, k]
+            for i in range(m):
+                d[i] += (here - table[k, i]) * (here - table[k, i])
+        for i in range(m):
+            d[i] = math.sqrt(d[i]) - table[n, i]
+        d[entries - 1] = settings[RANGE]
+        if walls is not None:
+            for w in range(walls.shape[0]):
+                flat, round2 = -walls[w, n], 0.0
+                for k in range(n):
+                    flat += points[b, k] * walls[w, k]
+                    round2 += (points[b, k] - walls[w, k]) * (points[b, k] - walls[w, k])
+                d[m + w] = flat
+                if walls[w, n + 1] > 0.0:
+                    d[m + w] = walls[w, n + 1] - math.sqrt(round2)
+        near, least = 0, settings[RANGE]
+        for i in range(entries):
+            if d[i] < least:
+                least = d[i]
+            if i < m and d[i] < d[near]:
+                near = i
+        used, total = 0, 1.0
+        for i in range(entries):
+            if d[i] <= least + settings[REACH]:
+                chosen[used] = i
+                mu[used] = 1.0
+                used += 1
+        if used > 1 and blend == 2.0:
+            total = 0.0
+            for a in range(used):
+                i = chosen[a]
+                for c in range(used):
+                    j = chosen[c]
+                    lead = d[j] - d[i]
+                    if c == a or lead >= boundary:
+                        continue
+                    lo, hi, gap = i, j, boundary
+                    if c < a:
+                        lo, hi = j, i
+                    if hi < m:
+                        apart2 = 0.0
+                        for k in range(n):
+                            apart2 += (table[k, lo] - table[k, hi]) * (table[k, lo] - table[k, hi])
+                        gap = math.sqrt(apart2) - table[n, lo] - table[n, hi]
+                    elif lo < m:
+                        gap = table[n + 4 + hi - m, lo]
+                    if gap > boundary:
+                        gap = boundary
+                    if lead <= -gap:
+                        mu[a] = 0.0
+                    elif lead < gap:
+                        h = 0.5 + 0.5 * lead / gap
+                        mu[a] *= h * h * h * (10.0 + h * (6.0 * h - 15.0))
+                total += mu[a]
+        if general is not None:  # projection on the simplex: leave out what lies above the threshold
+            if used > 1 and blend < 2.0:
+                kept, last, threshold = used + 1, 0, np.inf
+                while kept != last:
+                    last = kept
+                    kept, excess = 0, 1.0
+                    for a in range(used):
+                        mu[a] = 0.0
+                        if d[chosen[a]] > least:
+                            mu[a] = (d[chosen[a]] - least) / boundary
+                        if mu[a] < threshold:
+                            excess += mu[a]
+                            kept += 1
+                    threshold = excess / kept
+                for a in range(used):
+                    mu[a] = max(threshold - mu[a], 0.0)
+        away2 = 0.0
+        for k in range(n):
+            out[row, k] = -points[b, k]
+            away2 += points[b, k] * points[b, k]
         for a in range(used):
             i = chosen[a]
-            v = 1.0
-            for b in range(used):
-                j = chosen[b]
-                t = d[j] - d[i]
-                if j == i or t >= delta or v == 0.0:
-                    continue
-                lo, hi = min(i, j), max(i, j)
-                gap = delta
-                if hi < m:
-                    s = 0.0
-                    for k in range(n):
-                        s += (centers[k, lo] - centers[k, hi]) ** 2
-                    gap = math.sqrt(s) - balls[0, lo] - balls[0, hi]
-                elif lo < m and hi < m + walls.shape[0]:
-                    gap, s = -walls[hi - m, n], 0.0
-                    for k in range(n):
-                        gap += centers[k, lo] * walls[hi - m, k]
-                        s += (centers[k, lo] - walls[hi - m, k]) ** 2
-                    if walls[hi - m, n + 1] > 0.0:
-                        gap = walls[hi - m, n + 1] - math.sqrt(s)
-                    gap -= balls[0, lo]
-                elif hi >= m + walls.shape[0]:
-                    gap = options[1]
-                t = 0.5 + 0.5 * t / max(min(delta, gap), 1e-300)
-                t = min(max(t, 0.0), 1.0)
-                v *= t * t * t * (10.0 + t * (6.0 * t - 15.0))
-            mu[a] = v
-            total += v
-        for a in range(used):
-            mu[a] /= total
-    else:  # projection on the simplex: leave out what lies above the threshold until nothing does
-        kept, tau = -1, 0.0
-        while kept != used:
-            kept = used
-            tau = 1.0
-            for a in range(kept):
-                tau += (d[chosen[a]] - least) / max(delta, 1e-300)
-            tau /= kept
-            used = 0
-            for a in range(kept):
-                if (d[chosen[a]] - least) / max(delta, 1e-300) < tau:
-                    chosen[used] = chosen[a]
-                    used += 1
-        for a in range(used):
-            mu[a] = tau - (d[chosen[a]] - least) / max(delta, 1e-300)
-    r2 = 0.0
-    for k in range(n):
-        e[k] = goal[k] - x[k]
-        r2 += e[k] * e[k]
-    for a in range(used):
-        i = chosen[a]
-        if i < m and d[i] + balls[0, i] > 0.0:
-            y = d[i] + balls[0, i]
-            ratio = r2 / (y * y)
-            if balls[2, i] != 2.0:
-                ratio = ratio ** (0.5 * balls[2, i])
-            for k in range(n):
-                e[k] += mu[a] * balls[1, i] * ratio * (x[k] - centers[k, i])
-    return least
-
-
-@jit
-def evaluate_batch(points, goal, centers, balls, walls, options, work, chosen, out, clearance):
-    """|x - g|^2 E and the least clearance at points (b, n); work (2, entries), chosen (entries,) are scratch."""
-    for b in range(points.shape[0]):
-        clearance[b] = evaluate(points[b], goal, centers, balls, walls, options, work[0], work[1], chosen, out[b])
-
-
-@jit
-def trace(x0, goal, centers, balls, walls, options, motion, points, work, chosen, result):
-    """The sampled-data motion from x0 into `points`; returns the number of points.
-
-    motion = (step, tolerance, gamma, clip); work (2, entries), chosen (entries,) are scratch; result (4 + 2 n) = code, least
-    clearance, length, sideways steps, then scratch. With clip = 0 every step has the full length (the papers' rule) and nothing
-    is guaranteed.
-    """
-    n, m = centers.shape
-    step, tolerance, gamma = motion[0], motion[1], motion[2]
-    x, u, d = result[4 : 4 + n], result[4 + n :], work[0]
-    start = 0.0
-    for k in range(n):
-        x[k] = x0[k]
-        points[0, k] = x0[k]
-        start += (x0[k] - goal[k]) ** 2
-    start = math.sqrt(start)
-    patience = max(500.0, 4.0 * start / step)
-    count, since, code = 1, 0, STEP_LIMIT
-    closest, length, sideways, best = np.inf, 0.0, 0.0, start
-    while True:
-        closest = min(closest, evaluate(x, goal, centers, balls, walls, options, d, work[1], chosen, u))
-        r, s = 0.0, 0.0
-        for k in range(n):
-            r += (x[k] - goal[k]) ** 2
-            s += u[k] * u[k]
-        r, s = math.sqrt(r), math.sqrt(s)
-        since += 1
-        if r < best - 1e-12 * start:
-            best, since = r, 0
-        if r <= tolerance:
-            code = REACHED
-        elif since > patience:
-            code = STALLED
-        if r <= tolerance or since > patience or count == points.shape[0]:
-            break
-        # the unstable ray: the nearest ball hides the goal exactly and the field points along the ray, or is zero
-        i, side, axis = 0, 1.0, 0
-        if m > 0:
-            for j in range(m):
-                if d[j] < d[i]:
-                    i = j
-            side, turned, inward, flat = 0.0, 0.0, 0.0, 2.0
-            for k in range(n):
-                u[k] /= max(s, 1e-300)
-                ray = (x[k] - goal[k]) / r
-                normal = (x[k] - centers[k, i]) / (d[i] + balls[0, i])
-                side += (normal - ray) ** 2
-                turned += (u[k] + ray) ** 2
-                inward -= u[k] * normal
-                if abs(ray) < flat:
-                    flat, axis = abs(ray), k
-            if (turned > 1e-8 and inward > 0.0) or d[i] + balls[0, i] > r:
-                side = 1.0
-        else:
-            for k in range(n):
-                u[k] /= s
-        lean = 0.05
-        if side < 1e-8:
-            sideways += 1.0
-            if (
-                d[i] < 1e-9 * balls[0, i]
-            ):  # at the unstable point itself: along the surface, the one step that gains nothing
-                lean = 0.0
-            flat = (x[axis] - goal[axis]) / r
-            for k in range(n):
-                ray = (x[k] - goal[k]) / r
-                t = -flat * ray
-                if k == axis:
-                    t += 1.0
-                t /= math.sqrt(1.0 - flat * flat)
-                u[k] = (lean * t - ray) / math.sqrt(1.0 + lean * lean) if lean > 0.0 else t
-        s = min(step, r)
-        if lean == 0.0:
-            s = min(s, 0.001 * balls[0, i])
-        if motion[3] != 0.0:  # the clip: keep (1 - gamma) of every clearance, do not pass the goal
-            t = 0.0
-            for k in range(n):
-                t -= u[k] * (x[k] - goal[k])
-            if lean > 0.0:
-                s = min(s, max(t, 0.0))
-            for i in range(m + walls.shape[0]):
-                room = gamma * max(d[i], 0.0)
-                if room < s:
-                    t = 0.0
-                    if i < m:
-                        for k in range(n):
-                            t -= u[k] * (x[k] - centers[k, i]) / (d[i] + balls[0, i])
-                    elif walls[i - m, n + 1] == 0.0:
-                        for k in range(n):
-                            t -= u[k] * walls[i - m, k]
-                    else:  # gamma times the chord ahead: b + sqrt(b^2 + c) with c = radius^2 - |y|^2, b = -u.y
-                        radius = walls[i - m, n + 1]
-                        for k in range(n):
-                            t -= u[k] * (x[k] - walls[i - m, k])
-                        y = d[i] * (2.0 * radius - d[i])
-                        root = math.sqrt(t * t + max(y, 0.0))
-                        s = min(s, gamma * (max(y, 0.0) / (root - t) if t < 0.0 else root + t))
-                        t = 0.0
-                    if room < s * t:
-                        s = room / t
-        for i in range(m):  # exact least distance along the segment
-            if d[i] - s < closest:
-                t = 0.0
+            if i < m and d[i] + table[n, i] > 0.0:
+                ratio = away2 / ((d[i] + table[n, i]) * (d[i] + table[n, i]))
+                if general is not None:
+                    ratio = ratio ** (0.5 * table[n + 2, i])
+                ratio *= mu[a] * table[n + 1, i] / total
                 for k in range(n):
-                    t -= u[k] * (x[k] - centers[k, i])
-                t = min(max(t, 0.0), s)
-                y = 0.0
-                for k in range(n):
-                    y += (x[k] + t * u[k] - centers[k, i]) ** 2
-                closest = min(closest, math.sqrt(y) - balls[0, i])
+                    out[row, k] += ratio * (points[b, k] - table[k, i])
+        if step == 0.0:
+            continue
+        # the motion: where does it stand?
+        away = math.sqrt(away2)
+        if least < settings[CLOSEST]:
+            settings[CLOSEST] = least
+        length = settings[GIVEN]
+        if length > 0.0:
+            for k in range(n):
+                out[0, k] = settings[DIRECTION + k]
+        size2, toward = 1e-300, 0.0
         for k in range(n):
-            x[k] += s * u[k]
-            points[count, k] = x[k]
-        length += s
-        count += 1
-    result[0], result[1], result[2], result[3] = code, closest, length, sideways
-    return count
+            size2 += out[0, k] * out[0, k]
+            toward -= out[0, k] * points[b, k]
+        size = math.sqrt(size2)
+        for i in range(m):
+            inward[i] = 0.0
+        for k in range(n):
+            here, way = points[b, k], out[0, k] / size
+            for i in range(m):
+                inward[i] -= way * (here - table[k, i])
+        if length == 0.0:
+            settings[SINCE] += 1.0
+            if away < settings[BEST] - settings[GAIN]:
+                settings[BEST] = away
+                settings[SINCE] = 0.0
+            settings[CODE] = STEP_LIMIT
+            if away <= settings[TOLERANCE]:
+                settings[CODE] = REACHED
+            elif settings[SINCE] > settings[PATIENCE]:
+                settings[CODE] = STALLED
+            elif m > 0:
+                # the unstable ray: the nearest ball hides the goal exactly and the field points along the ray, or is zero
+                middle, far = d[near] + table[n, near], table[n + 3, near]
+                if (far - away + middle) * (far + away - middle) < 1e-8 * away * middle and middle <= away:
+                    if toward > (1.0 - 5e-9) * away * size or inward[near] <= 0.0:
+                        settings[CODE], settings[NEAR] = RAY, near
+            if settings[CODE] != STEP_LIMIT or b + 1 == points.shape[0]:
+                return b + 1
+            length = step
+            if away < length:
+                length = away
+            if keep > 0.0 and toward < length * size:  # do not pass the goal
+                length = toward / size
+                if length < 0.0:
+                    length = 0.0
+        settings[GIVEN] = 0.0
+        if keep > 0.0:  # the clip: leave (1 - keep) of every clearance
+            for i in range(m):
+                if keep * d[i] < length:
+                    room = keep * d[i]
+                    if room < 0.0:
+                        room = 0.0
+                    closing = inward[i] / (d[i] + table[n, i])
+                    if room < length * closing:
+                        length = room / closing
+            if walls is not None:
+                for w in range(walls.shape[0]):
+                    if keep * d[m + w] < length:
+                        normal, chord, radius = 0.0, 0.0, walls[w, n + 1]
+                        for k in range(n):
+                            normal -= out[0, k] / size * walls[w, k]
+                            chord -= out[0, k] / size * (points[b, k] - walls[w, k])
+                        if radius == 0.0:
+                            if keep * d[m + w] < length * normal:
+                                length = keep * d[m + w] / normal
+                        else:  # keep times the chord ahead: c + sqrt(c^2 + e) with e = radius^2 - |y|^2, c = -u.y
+                            inside = d[m + w] * (2.0 * radius - d[m + w])
+                            root = math.sqrt(chord * chord + inside)
+                            ahead = chord + root
+                            if chord < 0.0:
+                                ahead = inside / (root - chord)
+                            if keep * ahead < length:
+                                length = keep * ahead
+        for i in range(m):  # the least distance where it lies inside the piece; its ends are looked at anyway
+            if d[i] - length < settings[CLOSEST] and inward[i] > 0.0 and inward[i] < length:
+                middle = d[i] + table[n, i]
+                dip = math.sqrt((middle - inward[i]) * (middle + inward[i])) - table[n, i]
+                if dip < settings[CLOSEST]:
+                    settings[CLOSEST] = dip
+        for k in range(n):
+            points[b + 1, k] = points[b, k] + length / size * out[0, k]
+        settings[LENGTH] += length
+    return points.shape[0]
 
 
 @jit
-def evaluate_indexed(points, goal, grid, starts, blocks, walls, options, work, chosen, out, clearance):
-    """As `evaluate_batch`, with the balls that can matter looked up in a grid of cells.
+def walk_indexed(points, out, grid, starts, blocks, rows, walls, general, settings, d, inward, mu, chosen):
+    """out (b, n) as by `walk`, with the balls that can matter looked up in a grid of cells.
 
-    grid (3, n) = lowest corner, cells per metre, cells on each axis; the balls of cell c are packed in blocks[starts[c] :
-    starts[c + 1]] as n + 3 rows of centers and balls; the last cell holds all balls and serves the points outside.
+    grid (3, n) = lowest corner, cells per metre, cells on each axis; the table (rows, balls) of cell c is packed in
+    blocks[starts[c] : starts[c + 1]]; the last cell holds all balls and serves the points outside.
     """
-    n = goal.shape[0]
+    n = points.shape[1]
     for b in range(points.shape[0]):
         cell = 0
         for k in range(n):
@@ -272,7 +231,5 @@ def evaluate_indexed(points, goal, grid, starts, blocks, walls, options, work, c
         if cell < 0:
             cell = starts.shape[0] - 2
         first, last = starts[cell], starts[cell + 1]
-        m = (last - first) // (n + 3)
-        centers = blocks[first : first + n * m].reshape((n, m))
-        balls = blocks[first + n * m : last].reshape((3, m))
-        clearance[b] = evaluate(points[b], goal, centers, balls, walls, options, work[0], work[1], chosen, out[b])
+        table = blocks[first:last].reshape((rows, (last - first) // rows))
+        walk(points[b : b + 1], out[b : b + 1], table, walls, general, settings, d, inward, mu, chosen)

@@ -146,7 +146,21 @@ def _mesh(zones: Zones, item: Any, name: str) -> None:
             remedy="mend it, or give its vertices as a PointCloud to take their convex hull",
         )
     star = convex_hull(item.vertices, name=name)
+    hollow = _hull_volume(item.vertices) - _volume(item.vertices, item.faces)
+    if hollow > 1e-6 * star.outer**3:
+        zones.notes.append(f"{name}: the mesh is not convex, its convex hull (with {hollow:.3g} m^3 more) stands for it")
     zones.add_star(star, name)
+
+
+def _volume(vertices: Array, faces: NDArray[np.int64]) -> float:
+    a, b, c = np.moveaxis(vertices[faces] - vertices.mean(axis=0), 1, 0)
+    return abs(float((a * np.cross(b, c)).sum())) / 6.0
+
+
+def _hull_volume(vertices: Array) -> float:
+    from scipy.spatial import ConvexHull
+
+    return float(ConvexHull(vertices).volume)
 
 
 def _cloud(zones: Zones, item: Any, name: str) -> None:

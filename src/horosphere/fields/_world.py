@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,19 +33,33 @@ class World:
     boundary: float
     sensor_range: float
     blend: str
-    packed: tuple[Array, ...]
+    packed: tuple[Any, ...]
     index: CellIndex | None = None
 
     @classmethod
     def build(cls, goal, centers, radii, charges, exponents, walls, boundary, sensor_range, blend) -> World:
-        """Pack the arrays the way `_kernels` reads them."""
-        options = np.array([boundary, sensor_range, COMPILED.get(blend, 0.0)])
+        """Pack the arrays the way `_kernels` reads them, relative to the goal."""
+        n = len(goal)
+        middles = centers - goal
+        shifted = np.array(walls).reshape(-1, n + 2)
+        curved = shifted[:, -1] > 0.0
+        shifted[curved, :n] -= goal
+        shifted[~curved, n] -= shifted[~curved, :n] @ goal
+        gaps = wall_distances(walls, centers) - radii[:, None]
+        limits = np.full((1, len(radii)), sensor_range)
+        far = np.linalg.norm(middles, axis=1)
+        table = np.concatenate([middles.T, np.stack([radii, charges, exponents, far]), gaps.T, limits])
+        code = COMPILED.get(blend, 0.0)
+        settings = np.zeros(kernels.DIRECTION + n)
+        settings[kernels.BOUNDARY], settings[kernels.RANGE], settings[kernels.BLEND] = boundary, sensor_range, code
+        settings[kernels.REACH] = (0.0, boundary, 2.0 * boundary, np.inf)[int(code)]
+        # what a world does not have is not compiled either
+        plain = blend == "smooth" and bool((exponents == 2.0).all())
         packed = (
-            np.array(goal),
-            np.array(centers.T, order="C"),
-            np.array(np.stack([radii, charges, exponents]), order="C"),
-            np.array(walls, order="C"),
-            options,
+            np.ascontiguousarray(table),
+            np.ascontiguousarray(shifted) if len(walls) else None,
+            None if plain else True,
+            settings,
         )
         return cls(goal, centers, radii, charges, exponents, walls, boundary, sensor_range, blend, packed)
 
@@ -52,29 +67,29 @@ class World:
     def entries(self) -> int:
         return len(self.radii) + len(self.walls) + bool(np.isfinite(self.sensor_range))
 
-    def scratch(self) -> tuple[Array, NDArray[np.int64]]:
-        return np.empty((2, max(self.entries, 1))), np.empty(max(self.entries, 1), np.int64)
+    def scratch(self) -> tuple[Array, Array, Array, NDArray[np.int64]]:
+        count = len(self.radii) + len(self.walls) + 1
+        return np.empty(count), np.empty(count), np.empty(count), np.empty(count, np.int64)
 
     def scaled(self, points: Array) -> Array:
         """|x - g|^2 E (b, n) at `points` (b, n), E with goal strength 1 / |x - g|."""
         if self.blend not in COMPILED:
             return self._printed(points)
-        out, clearance = np.empty_like(points), np.empty(len(points))
-        work, chosen = self.scratch()
+        out, near = np.empty_like(points), points - self.goal
+        table, walls, general, settings = self.packed
         if self.index is not None:
-            goal, _, _, walls, options = self.packed
             at = self.index
-            kernels.evaluate_indexed(
-                points, goal, at.grid, at.starts, at.blocks, walls, options, work, chosen, out, clearance
+            kernels.walk_indexed(
+                near, out, at.grid, at.starts, at.blocks, len(table), walls, general, settings, *self.scratch()
             )
         else:
-            kernels.evaluate_batch(points, *self.packed, work, chosen, out, clearance)
+            kernels.walk(near, out, table, walls, general, settings, *self.scratch())
         return out
 
     def indexed(self, cells: int | None) -> World:
         """The same world with its balls in a grid of cells."""
-        table = np.concatenate([self.packed[1], self.packed[2]])
-        return replace(self, index=build_index(self.centers, self.radii, table, self.boundary, cells))
+        middles = self.centers - self.goal
+        return replace(self, index=build_index(middles, self.radii, self.packed[0], self.boundary, cells))
 
     def _printed(self, points: Array) -> Array:
         m = len(self.radii)
@@ -141,12 +156,38 @@ class World:
 
     def trace(self, start: Array, step: float, tolerance: float, keep: float, clip: bool, max_steps: int):
         """Points (k, n) and (code, least clearance, length, sideways steps) of the motion from `start`."""
-        n = len(self.goal)
-        points, result = np.empty((max_steps + 1, n)), np.zeros(4 + 2 * n)
-        work, chosen = self.scratch()
-        motion = np.array([step, tolerance, keep, float(clip)])
-        count = kernels.trace(start, *self.packed, motion, points, work, chosen, result)
-        return points[:count].copy(), result[:4]
+        table, walls, general, options = self.packed
+        points, scratch, sideways = np.empty((max_steps + 1, len(start))), self.scratch(), 0
+        points[0] = start - self.goal
+        away = float(np.linalg.norm(points[0]))
+        s = options.copy()
+        s[kernels.STEP], s[kernels.TOLERANCE], s[kernels.KEEP] = step, tolerance, keep if clip else 0.0
+        s[kernels.PATIENCE], s[kernels.GAIN] = max(500.0, 4.0 * away / step), 1e-12 * away
+        s[kernels.CLOSEST], s[kernels.BEST] = np.inf, away
+        out = np.empty((1, len(start)))
+        count = kernels.walk(points, out, table, walls, general, s, *scratch)
+        while s[kernels.CODE] == kernels.RAY:
+            s[kernels.GIVEN], s[kernels.DIRECTION :] = self._off_the_ray(points[count - 1], step, int(s[kernels.NEAR]))
+            sideways += 1
+            count += kernels.walk(points[count - 1 :], out, table, walls, general, s, *scratch) - 1
+        points = points[:count] + self.goal
+        points[0] = start
+        return points, (s[kernels.CODE], s[kernels.CLOSEST], s[kernels.LENGTH], sideways)
+
+    def _off_the_ray(self, x: Array, step: float, near: int) -> tuple[float, Array]:
+        """Length and direction (n,) of a step from `x` (n,), relative to the goal, on the unstable ray of ball `near`."""
+        n, away = len(x), float(np.linalg.norm(x))
+        ray, axis = x / away, int(np.argmin(np.abs(x)))
+        side = -ray[axis] * ray
+        side[axis] += 1.0
+        side /= np.linalg.norm(side)
+        R = self.radii[near]
+        if np.linalg.norm(x - self.packed[0][:n, near]) - R < 1e-9 * R:
+            # at the unstable point itself: along the surface, the one step that gains nothing
+            return min(step, away, 0.001 * R), side
+        lean = 0.05
+        size = np.sqrt(1.0 + lean * lean)
+        return min(step, away / size), (lean * side - ray) / size
 
 
 def wall_distances(walls: Array, points: Array) -> Array:

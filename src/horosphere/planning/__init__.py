@@ -5,7 +5,12 @@ from typing import Any
 from ._plan import Plan as Plan
 from ._plan import plan as plan
 
-_LATER = {"harmonic_field": "_point", "Resampled": "_resample", "resample": "_resample", "time_optimal_path": "_time_optimal"}  # what needs more than a scene is imported when it is asked for
+_LATER = {  # what needs more than a scene is imported when it is asked for
+    "harmonic_field": "_point",
+    "Resampled": "_resample",
+    "resample": "_resample",
+    "time_optimal_path": "_time_optimal",
+}
 
 
 def __getattr__(name: str) -> Any:

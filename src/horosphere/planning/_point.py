@@ -5,15 +5,17 @@ from __future__ import annotations
 import numpy as np
 
 from ..certify import certify
+from ..control import PointMass, SlidingMode, SpeedProfile, track
 from ..errors import InputError
-from ..fields import HarmonicField
+from ..fields import HarmonicField, Path
 from ..robots import Limits
-from ..scenes import PointRobot, PositionTarget, Scene
+from ..scenes import ControlOptions, PointRobot, PositionTarget, Scene
 from ._plan import Plan, Progress
 from ._timing import timed_path
 from ._tool_path import evenly
 
 _REFINEMENTS = 4
+_GROW = 0.5  # seconds of approach by which zones are grown, [Rn]'s second heuristic
 
 
 def plan_point(scene: Scene, progress: Progress) -> Plan:
@@ -30,6 +32,9 @@ def plan_point(scene: Scene, progress: Progress) -> Plan:
     progress.notes.extend((*field.notes, *path.notes))
     if not path.reached:
         return Plan(scene, False, path.reason, path=path.points)
+    if scene.control != ControlOptions():
+        with progress.part("tracking"):
+            progress.notes.extend(tracking_notes(scene, robot, field, path))
     n = robot.dimension
     limits = Limits(
         np.full(n, -np.inf), np.full(n, np.inf), np.full(n, robot.max_speed / np.sqrt(n)),
@@ -47,6 +52,44 @@ def plan_point(scene: Scene, progress: Progress) -> Plan:
         reason = f"the motion has no certificate: {certificate.first_violation or certificate.unresolved}"
         waypoints = evenly(path.points, np.linalg.norm(np.diff(waypoints, axis=0), axis=1).max() / 2.0)
     return Plan(scene, False, reason, "harmonic field", path=path.points)
+
+
+def tracking_notes(scene: Scene, robot: PointRobot, field: HarmonicField, path: Path) -> list[str]:
+    """What a simulated run with the scene's control law, period and disturbance does; the motion of the plan is another, timed one."""
+    control, notes = scene.control, []
+    gain = robot.max_acceleration if control.gain is None else control.gain
+    grow = control.grow_radius
+    if grow and field.stars:
+        grow = False
+        notes.append("tracking: grow_radius is for balls only and was left out")
+    run = track(
+        (lambda x, extra: field.grown(extra)(x)) if grow else field,
+        path.points[0],
+        field.goal,
+        period=control.period,
+        law=SlidingMode(gain, control.law),
+        speed=SpeedProfile(
+            robot.max_speed,
+            0.4 * robot.max_acceleration,
+            0.4 * robot.max_acceleration,
+            slow_down=1.0 if control.slow_down else 0.0,
+        ),
+        robot=PointMass(robot.radius, robot.max_acceleration),
+        disturbance=control.disturbance,
+        # the field's zones are grown by the robot's radius and the scene's clearance
+        clearance=lambda x: field.clearance(x) + field.margin,
+        grow_radius=_GROW if grow else 0.0,
+        duration=20.0 + 4.0 * path.length / robot.max_speed,
+    )
+    words = f"{run.reason} in {run.time[-1]:.2f} s" if run.reached else run.reason
+    notes.append(
+        f"tracking simulated with {control.law} at {1e3 * control.period:g} ms, disturbance {control.disturbance:g} m/s^2: {words}; "
+        f"velocity error {run.rms_error():.3g} m/s rms, least clearance {run.clearance:.3g} m"
+    )
+    short = scene.options.clearance - run.clearance
+    if short > 0.0:
+        notes.append(f"tracking: to keep the clearance of {scene.options.clearance:g} m, ask for {short:.2g} m more")
+    return notes
 
 
 def harmonic_field(scene: Scene, margin: float) -> HarmonicField:

@@ -75,12 +75,12 @@ def time_optimal_path(
     time_step: float,
     names: tuple[str, ...] = (),
     jerk: Floats | None = None,
-) -> Trajectory | None:
+) -> Trajectory:
     """The same spline through the waypoints (k, n) as `timed_path`, as fast as the limits (n,) allow, at rest at both ends.
 
     TOPP-RA gives the speed along the spline at grid points. With `jerk` (n,) that motion is averaged over a window in time, which
     bounds its jerk by twice its acceleration over the window; of several windows the shortest motion is taken. Last, time is
-    stretched by what the limits are exceeded between the grid points. None where TOPP-RA finds no timing.
+    stretched by what the limits are exceeded between the grid points. Where TOPP-RA finds no timing, a trapezoid is stretched.
     """
     keep = np.concatenate([[True], np.abs(np.diff(waypoints, axis=0)).max(axis=1, initial=0.0) > 1e-12])
     knots = waypoints[keep]
@@ -88,15 +88,11 @@ def time_optimal_path(
         return Trajectory(np.zeros(1), knots, np.zeros_like(knots), np.zeros_like(knots), names)
     s = np.concatenate([[0.0], np.cumsum(np.max(np.abs(np.diff(knots, axis=0)) / velocity, axis=1))])
     spline = (s, knots, _spline_slopes(s, knots))
-    fastest = _fastest(spline, velocity, acceleration)
-    if fastest is None:
-        return None
+    fastest = _fastest(spline, velocity, acceleration) or _trapezoid(s)
     profiles = [fastest]
     if jerk is not None:
         longest = fastest.duration / 2.0
-        profiles = [
-            Profile(fastest.s, fastest.speed, fastest.time, longest * 0.7**k) for k in range(_WINDOWS)
-        ]
+        profiles = [Profile(fastest.s, fastest.speed, fastest.time, longest * 0.7**k) for k in range(_WINDOWS)]
     stretches = [_stretch(spline, profile, velocity, acceleration, jerk) for profile in profiles]
     best = int(np.argmin([stretch * profile.duration for stretch, profile in zip(stretches, profiles)]))
     profile, stretch = profiles[best], stretches[best]
@@ -151,11 +147,19 @@ def _fastest(spline: tuple[Floats, Floats, Floats], velocity: Floats, accelerati
     return Profile(at, speed, np.concatenate([[0.0], np.cumsum(2.0 * np.diff(at) / (speed[1:] + speed[:-1]))]))
 
 
+def _trapezoid(s: Floats) -> Profile:
+    """A fifth of the way to get up speed, a fifth to stop; the stretch makes it keep the limits."""
+    at = np.unique(np.concatenate([s, np.linspace(0.0, s[-1], 2 * _GRID + 1)]))
+    speed = np.sqrt(np.minimum(1.0, np.minimum(at, s[-1] - at) / (0.2 * s[-1])))
+    return Profile(at, speed, np.concatenate([[0.0], np.cumsum(2.0 * np.diff(at) / (speed[1:] + speed[:-1]))]))
+
+
 def _joints(spline, profile: Profile, t: Floats) -> tuple[Floats, Floats, Floats, Floats]:
     """Joints (k, n) and their first three derivatives by time."""
-    s, v, a, j = (x[:, None] for x in profile.at(t))
-    q, first, second = _hermite(*spline, s[:, 0])
-    third = _third(spline, s[:, 0])
+    at, *rates = profile.at(t)
+    v, a, j = (rate[:, None] for rate in rates)
+    q, first, second = _hermite(spline[0], spline[1], spline[2], at)
+    third = _third(spline, at)
     return (
         q,
         first * v,

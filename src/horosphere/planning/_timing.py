@@ -40,23 +40,27 @@ def timed(robot: Robot, waypoints: Floats, options: Options) -> Trajectory:
 
     With the spline q(s) and the speed v = ds/dt <= V, |dv/dt| <= A, joint speeds are |q'| V and joint accelerations at
     most |q'| A + |q''| V^2; V and A are the largest that keep every limit with half of the acceleration for each term.
-    With `options.timing` time-optimal the same spline is run through by TOPP-RA; where that finds nothing, as above.
+    With `options.timing` time-optimal the same spline is run through as fast as TOPP-RA allows.
     """
     velocity, acceleration, _ = motion_limits(robot, options)
-    if options.timing == "time-optimal":
-        from ._time_optimal import time_optimal_path
-
-        jerk = None if options.jerk is None else np.full(robot.n_joints, options.jerk)
-        found = time_optimal_path(waypoints, velocity, acceleration, options.time_step, robot.joint_names, jerk)
-        if found is not None:
-            return found
-    return timed_path(waypoints, velocity, acceleration, options.time_step, robot.joint_names)
+    jerk = None if options.jerk is None else np.full(robot.n_joints, options.jerk)
+    return timed_path(waypoints, velocity, acceleration, options.time_step, robot.joint_names, options.timing, jerk)
 
 
 def timed_path(
-    waypoints: Floats, velocity: Floats, acceleration: Floats, time_step: float, names: tuple[str, ...]
+    waypoints: Floats,
+    velocity: Floats,
+    acceleration: Floats,
+    time_step: float,
+    names: tuple[str, ...],
+    timing: str = "smooth",
+    jerk: Floats | None = None,
 ) -> Trajectory:
-    """As `timed`, for any coordinates with limits `velocity` and `acceleration` (n,)."""
+    """As `timed`, for any coordinates with limits `velocity`, `acceleration` and, if time-optimal, `jerk` (n,)."""
+    if timing == "time-optimal":
+        from ._time_optimal import time_optimal_path
+
+        return time_optimal_path(waypoints, velocity, acceleration, time_step, names, jerk)
     keep = np.concatenate([[True], np.abs(np.diff(waypoints, axis=0)).max(axis=1, initial=0.0) > 1e-12])
     knots = waypoints[keep]
     if len(knots) == 1:

@@ -7,7 +7,6 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from ..errors import InputError, unknown_name
 from ..numeric import float_array
@@ -60,7 +59,11 @@ def attach(
         self_pairs=np.concatenate([robot.self_pairs, kept]),
         pair_table=(*robot.pair_table, *rows),
         allowed_obstacles=(*robot.allowed_obstacles, *((name, other) for other in names if other not in near)),
-        notes=(*robot.notes, f"{name} attached to {robot.links[index].name}: {len(found)} bodies, slack {slack:.4f} m", *notes),
+        notes=(
+            *robot.notes,
+            f"{name} attached to {robot.links[index].name}: {len(found)} bodies, slack {slack:.4f} m",
+            *notes,
+        ),
     )
 
 
@@ -109,7 +112,8 @@ def allow(robot: Robot, pairs: Iterable[tuple[str, str]]) -> Robot:
     names = robot.link_names
     keep = [frozenset((names[i], names[j])) not in free for i, j in robot.self_pairs]
     table = [p for p in robot.pair_table if frozenset((p.first, p.second)) not in free]
-    table += [LinkPair(*sorted(pair), False, "allowed by the caller") for pair in sorted(free, key=sorted)]
+    for first, second in sorted(tuple(sorted(pair)) for pair in free):
+        table.append(LinkPair(first, second, False, "allowed by the caller"))
     return replace(
         robot,
         self_pairs=robot.self_pairs[np.array(keep, bool)],
@@ -141,7 +145,8 @@ def _read(bodies: Any, options: CoverOptions) -> list[Body]:
     """Bodies in the object's frame."""
     if isinstance(bodies, Capsules):
         return [
-            Body(bodies.a[k], bodies.b[k], float(bodies.radius[k]), bodies.note[k] or "given") for k in range(len(bodies))
+            Body(bodies.a[k], bodies.b[k], float(bodies.radius[k]), bodies.note[k] or "given")
+            for k in range(len(bodies))
         ]
     shapes = as_shapes(bodies)
     if not shapes:
@@ -185,16 +190,19 @@ def triangles_of(shape: Shape) -> Floats:
         length = float(np.linalg.norm(u))
         side = np.cross(u, np.eye(3)[int(np.argmin(np.abs(u)))])
         side /= np.linalg.norm(side)
-        frame = np.array([side, np.cross(u / length, side), u / length])
+        frame = np.array([side, np.cross(u / length, side), u / length], dtype=np.float64)
         return cylinder_triangles(shape.radius, length) @ frame + 0.5 * (shape.a + shape.b)
     if isinstance(shape, Ellipsoid):
         z = np.linspace(0.0, np.pi, 17)
         angle = np.linspace(0.0, 2.0 * np.pi, 33)
         grid = np.stack(
-            [np.outer(np.sin(z), np.cos(angle)), np.outer(np.sin(z), np.sin(angle)), np.outer(np.cos(z), np.ones(33))], axis=-1
+            [np.outer(np.sin(z), np.cos(angle)), np.outer(np.sin(z), np.sin(angle)), np.outer(np.cos(z), np.ones(33))],
+            axis=-1,
         )
         a, b, c, d = grid[:-1, :-1], grid[1:, :-1], grid[1:, 1:], grid[:-1, 1:]
-        ball = np.concatenate([np.stack([a, b, c], axis=-2).reshape(-1, 3, 3), np.stack([a, c, d], axis=-2).reshape(-1, 3, 3)])
+        ball = np.concatenate(
+            [np.stack([a, b, c], axis=-2).reshape(-1, 3, 3), np.stack([a, c, d], axis=-2).reshape(-1, 3, 3)]
+        )
         # faces of a polyhedron with its corners on the sphere come as near as this to the middle
         normal = np.cross(ball[:, 1] - ball[:, 0], ball[:, 2] - ball[:, 0])
         size = np.linalg.norm(normal, axis=1)

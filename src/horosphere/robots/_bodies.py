@@ -99,7 +99,7 @@ def _about(points: Floats, axis: Floats, pad: Floats | float, rounds: int) -> tu
     """The capsule of least volume (over pi) along an axis."""
     side = np.cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))])
     side /= np.linalg.norm(side)
-    sides = np.array([side, np.cross(axis, side)])
+    sides = np.array([side, np.cross(axis, side)], dtype=np.float64)
     flat = points @ sides.T
     middle = enclosing_center(flat, rounds)
     low, high, radius = fit_segment(points @ axis, np.linalg.norm(flat - middle, axis=1), pad)

@@ -37,7 +37,9 @@ class CoverOptions:
             raise InputError(
                 f"unknown geometry {self.geometry!r}", place="geometry", choices=("auto", "collision", "visual")
             )
-        if self.budget is not None and (isinstance(self.budget, bool) or int(self.budget) != self.budget or self.budget < 1):
+        if self.budget is not None and (
+            isinstance(self.budget, bool) or int(self.budget) != self.budget or self.budget < 1
+        ):
             raise InputError(f"expected a number of bodies >= 1, got {self.budget!r}", place="budget")
         if not (np.isfinite(self.tolerance) and self.tolerance > 0.0):
             raise InputError(f"expected a length > 0 in metres, got {self.tolerance!r}", place="tolerance")
@@ -150,7 +152,8 @@ def join_capsules(shapes: list[Shape]) -> list[Shape]:
         ends: list[int] = []
         for end in (middle - 0.5 * length * rotation[:, 2], middle + 0.5 * length * rotation[:, 2]):
             near = (i for i, p in places.items() if np.linalg.norm(p - end) < 1e-9 and i not in ends)
-            ends += [i for i in near if abs(shapes[i].sizes[0] - radius) < 1e-9][:1]
+            # capsules that meet share a sphere, or each has its own
+            ends += sorted((i for i in near if abs(shapes[i].sizes[0] - radius) < 1e-9), key=lambda i: i in used)[:1]
         if len(ends) == 2:
             result[k] = Shape("capsule", shape.sizes, shape.origin)
             used.update(ends)

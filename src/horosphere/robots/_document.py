@@ -114,7 +114,9 @@ def build(document: Any, place: str) -> Robot:
         source=str(table.get("source", place)),
         notes=(*map(str, table.get("notes", ())), *dropped),
         pair_table=pair_table,
-        allowed_obstacles=tuple(_two(item, f"{place}: allowed_obstacles") for item in table.get("allowed_obstacles", ())),
+        allowed_obstacles=tuple(
+            _two(item, f"{place}: allowed_obstacles") for item in table.get("allowed_obstacles", ())
+        ),
     )
 
 
@@ -195,7 +197,9 @@ def _frame(entry: Mapping[str, Any], place: str) -> _placement.Floats:
 def _limits(given: Any, kind: str, place: str) -> list[float]:
     table = _mapping(given, LIMIT_NAMES, f"{place}: limits")
     default = [-np.inf, np.inf, np.inf, np.inf, np.inf]
-    values = [_number(table[key], f"{place}: {key}") if key in table else default[k] for k, key in enumerate(LIMIT_NAMES)]
+    values = [
+        _number(table[key], f"{place}: {key}") if key in table else default[k] for k, key in enumerate(LIMIT_NAMES)
+    ]
     if kind == "continuous":
         values[:2] = default[:2]
     if values[0] > values[1]:

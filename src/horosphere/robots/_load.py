@@ -114,7 +114,9 @@ def _from_urdf(path: Path, given: Given, options: CoverOptions) -> Robot:
             notes.append(f"chain of the SRDF's group {chosen[2]!r}: {base} to {tip}")
     chain = _chain.build_chain(urdf, base, tip, given.locked)
     notes += chain.notes
-    sidecar = {} if given.capsules is None else read_capsules(given.capsules, chain.links, chain.tip, _placement.IDENTITY)
+    sidecar = (
+        {} if given.capsules is None else read_capsules(given.capsules, chain.links, chain.tip, _placement.IDENTITY)
+    )
     files: dict[str, Any] = {}
     covers = {
         link.name: cover_link(urdf, link.name, options, files) for link in chain.links if link.name not in sidecar

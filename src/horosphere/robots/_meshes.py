@@ -74,6 +74,8 @@ def resolve(filename: str, urdf: Path) -> Path | None:
 
 def _is_package(folder: Path, name: str) -> bool:
     try:
-        return re.search(rf"<name>\s*{re.escape(name)}\s*</name>", (folder / "package.xml").read_text("utf-8")) is not None
+        return (
+            re.search(rf"<name>\s*{re.escape(name)}\s*</name>", (folder / "package.xml").read_text("utf-8")) is not None
+        )
     except (OSError, UnicodeDecodeError):
         return False

@@ -25,7 +25,11 @@ def save(robot: Robot, path: str | Path) -> None:
 
         text = as_urdf(robot)
     else:
-        raise InputError(f"no robot is written to {path.suffix or 'a file without ending'!r}", place=str(path), choices=(".yaml", ".urdf"))
+        raise InputError(
+            f"no robot is written to {path.suffix or 'a file without ending'!r}",
+            place=str(path),
+            choices=(".yaml", ".urdf"),
+        )
     temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
     try:
         temporary.write_text(text, encoding="utf-8")

@@ -99,13 +99,14 @@ def make_solid(triangles: Floats) -> Solid:
     surface = np.zeros(shape, bool)
     for marks in (fine, 0.5 * (fine + np.roll(fine, -1, axis=1))):
         surface[tuple(np.floor((marks.reshape(-1, 3) - origin) / cell).astype(np.int64).T)] = True
-    outside = label(~surface)[0]
-    outside = outside == outside[0, 0, 0]
+    regions = np.asarray(label(~surface)[0])  # type: ignore[index]
+    outside = regions == regions[0, 0, 0]
     enclosed = ~(outside | surface)
     vertices = fine.reshape(-1, 3)[distinct(fine.reshape(-1, 3))[0]]
     index = tuple(np.floor((vertices - origin) / cell).astype(np.int64).T)
     # of a triangle that has a part in a cell beside an outside one, all corners are within three cells of that one
-    outer = vertices[binary_dilation(outside, np.ones((3, 3, 3), bool), iterations=3)[index]]
+    near = np.asarray(binary_dilation(outside, np.ones((3, 3, 3), bool), iterations=3), bool)
+    outer = vertices[near[index]]
     inside = origin + (np.argwhere(enclosed) + 0.5) * cell
     coarse = 2.0 * cell
     while len(np.unique(_keys(vertices, coarse))) > PIECES:

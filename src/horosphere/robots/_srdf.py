@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import InputError, unknown_name
-from ._urdf import Urdf, parse_xml
+from ._urdf import Joint, Urdf, parse_xml
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,7 +52,10 @@ class Srdf:
         if ends is None:
             chains = [name for name, found in self.groups.items() if found is not None]
             raise InputError(
-                f"group {group!r} is not one chain of links", place=str(self.path), choices=chains, remedy="give base= and tip="
+                f"group {group!r} is not one chain of links",
+                place=str(self.path),
+                choices=chains,
+                remedy="give base= and tip=",
             )
         return (*ends, group)
 
@@ -93,7 +96,9 @@ def _compare(root: Any, srdf: Srdf, urdf: Urdf) -> None:
             names.append((element.get("name"), joints | virtual, "joint"))
         for name, known, what in names:
             if name is None:
-                raise InputError(f"<{element.tag}> without the name of a {what}", place=f"{srdf.path}:{element.sourceline}")
+                raise InputError(
+                    f"<{element.tag}> without the name of a {what}", place=f"{srdf.path}:{element.sourceline}"
+                )
             named += 1
             if name not in known:
                 missing.setdefault(f"{what} {name!r}", element.sourceline)
@@ -133,36 +138,47 @@ def _number(joint: Any, path: Path) -> float:
         return float(joint.get("value").split()[0])
     except ValueError:
         raise InputError(
-            f"joint {joint.get('name')!r}: expected a number, got {joint.get('value')!r}", place=f"{path}:{joint.sourceline}"
+            f"joint {joint.get('name')!r}: expected a number, got {joint.get('value')!r}",
+            place=f"{path}:{joint.sourceline}",
         ) from None
 
 
-def _ends(raw: dict[str, Any], name: str, urdf: Urdf, seen: tuple[str, ...] = ()) -> tuple[str, str] | None:
-    """Base and tip of a group: its chain; or the one chain that its joints, links or inner groups make; else None."""
-    group = raw[name]
-    chains = [(item.get("base_link"), item.get("tip_link")) for item in group.iterfind("chain")]
-    if chains:
-        return chains[0] if len(chains) == 1 and _hangs(urdf, *chains[0]) else None
-    inner = [item.get("name") for item in group.iterfind("group")]
-    if inner:
-        found = [_ends(raw, g, urdf, (*seen, name)) for g in inner if g in raw and g not in seen]
-        found = [ends for ends in found if ends is not None]
-        return found[0] if len(found) == 1 else None
-    by_name = {joint.name: joint for joint in urdf.joints.values()}
-    joints = [by_name[item.get("name")] for item in group.iterfind("joint") if item.get("name") in by_name]
-    joints += [urdf.joints[item.get("name")] for item in group.iterfind("link") if item.get("name") in urdf.joints]
-    if not any(joint.type != "fixed" for joint in joints):
+def _ends(raw: dict[str, Any], name: str, urdf: Urdf) -> tuple[str, str] | None:
+    """Base and tip of the one chain that a group's chains, joints, links and inner groups make; None if they make none."""
+    joints = _joints(raw, name, urdf, ())
+    if not any(joint.type != "fixed" for joint in joints.values()):
         return None
-    parents = {joint.parent for joint in joints}
-    children = {joint.child for joint in joints}
-    bases, tips = parents - children, children - parents
+    bases = {joint.parent for joint in joints.values()} - set(joints)
+    tips = set(joints) - {joint.parent for joint in joints.values()}
     if len(bases) != 1 or len(tips) != 1:
         return None
     base, tip = bases.pop(), tips.pop()
-    return (base, tip) if _hangs(urdf, base, tip) else None
+    return (base, tip) if _between(urdf, base, tip) is not None else None
 
 
-def _hangs(urdf: Urdf, base: str, tip: str) -> bool:
-    while tip != base and tip in urdf.joints:
+def _joints(raw: dict[str, Any], name: str, urdf: Urdf, seen: tuple[str, ...]) -> dict[str, Joint]:
+    """The joints of a group by the link that each carries."""
+    by_name = {joint.name: joint for joint in urdf.joints.values()}
+    found: dict[str, Joint] = {}
+    for item in raw[name]:
+        key = item.get("name")
+        if item.tag == "chain":
+            found |= _between(urdf, item.get("base_link"), item.get("tip_link")) or {}
+        elif item.tag == "joint" and key in by_name:
+            found[by_name[key].child] = by_name[key]
+        elif item.tag == "link" and key in urdf.joints:
+            found[key] = urdf.joints[key]
+        elif item.tag == "group" and key in raw and key not in (*seen, name):
+            found |= _joints(raw, key, urdf, (*seen, name))
+    return found
+
+
+def _between(urdf: Urdf, base: str, tip: str) -> dict[str, Joint] | None:
+    """The joints from base to tip; None if the tip does not hang on the base."""
+    found: dict[str, Joint] = {}
+    while tip != base:
+        if tip not in urdf.joints:
+            return None
+        found[tip] = urdf.joints[tip]
         tip = urdf.joints[tip].parent
-    return tip == base
+    return found

@@ -174,7 +174,9 @@ def parse_xml(path: Path, what: str = "a URDF") -> Any:
         raise InputError(f"cannot be read: {error}", place=str(path)) from None
     if root.tag != "robot":
         raise InputError(
-            f"the root element is <{root.tag}>, not <robot> as in {what}", place=f"{path}:{root.sourceline}", remedy=REMEDY_XML
+            f"the root element is <{root.tag}>, not <robot> as in {what}",
+            place=f"{path}:{root.sourceline}",
+            remedy=REMEDY_XML,
         )
     return root
 

@@ -59,7 +59,9 @@ def _joint(robot: Robot, link, masters: dict[int, str]) -> list[str]:
             speed = min(speed * abs(link.multiplier), FAR)
         bounds = f"lower={_text(low)} upper={_text(high)} "
         if not np.isfinite([low, high]).all():
-            kind, bounds = ("continuous", "") if kind == "revolute" else (kind, f"lower={_text(-FAR)} upper={_text(FAR)} ")
+            kind, bounds = (
+                ("continuous", "") if kind == "revolute" else (kind, f"lower={_text(-FAR)} upper={_text(FAR)} ")
+            )
         inner.insert(0, f"<axis xyz={_text(*link.axis)}/>")
         inner.append(f"<limit {bounds}velocity={_text(speed)} effort={_text(effort)}/>")
     head = f"  <joint name={quoteattr(name)} type={quoteattr(kind)}>"

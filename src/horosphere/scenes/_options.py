@@ -7,7 +7,9 @@ from dataclasses import dataclass
 
 METHODS = ("auto", "field", "tree")
 TIMINGS = ("smooth", "time-optimal")
-BLENDINGS = ("W1", "W2")
+# the names that `fields.HarmonicField` and `control.SlidingMode` know, which lie beside or above this layer; a test compares them
+RULES = ("planar-log", "planar", "equilibrium", "safe", "monotone", "printed")
+BLENDINGS = ("W1", "W2", "nearest", "simplex", "smooth", "sum", "printed", "printed-potential")
 LAWS = ("implicit-unit-vector", "explicit", "boundary-layer", "super-twisting")
 
 

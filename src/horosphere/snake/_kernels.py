@@ -7,45 +7,50 @@ input needs five values a step. `rate` is 1/(f length) of links 1 .. N-1, `ratio
 from __future__ import annotations
 
 import math
+from fractions import Fraction
 
 import numpy as np
+from numpy.typing import NDArray
 
 from horosphere.kernels import jit
 
-_S = math.sqrt(21.0)
+_ROOT = Fraction(math.isqrt(21 * 10**80), 10**40)  # of 21
+
+
+def _pair(values: list[Fraction]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Numbers rounded to floats, and what the rounding left."""
+    high = [float(v) for v in values]
+    return np.array(high), np.array([float(v - Fraction(h)) for v, h in zip(values, high)])
+
+
+# entries (a + b sqrt 21) / d as (a, b, d), column by column where not zero
+_STAGES: tuple[dict[int, tuple[int, int, int]], ...] = (
+    {},
+    {0: (1, 0, 2)},
+    {0: (1, 0, 4), 1: (1, 0, 4)},
+    {0: (1, 0, 7), 1: (-7, -3, 98), 2: (21, 5, 49)},
+    {0: (11, 1, 84), 2: (18, 4, 63), 3: (21, -1, 252)},
+    {0: (5, 1, 48), 2: (9, 1, 36), 3: (-231, 14, 360), 4: (63, -7, 80)},
+    {0: (10, -1, 42), 2: (-432, 92, 315), 3: (633, -145, 90), 4: (-504, 115, 70), 5: (63, -13, 35)},
+    {0: (1, 0, 14), 4: (14, -3, 126), 5: (13, -3, 63), 6: (1, 0, 9)},
+    {0: (1, 0, 32), 4: (91, -21, 576), 5: (11, 0, 72), 6: (-385, -75, 1152), 7: (63, 13, 128)},
+    {0: (1, 0, 14), 4: (1, 0, 9), 5: (-733, -147, 2205), 6: (515, 111, 504), 7: (-51, -11, 56), 8: (132, 28, 245)},
+    {4: (-42, 7, 18), 5: (-18, 28, 45), 6: (-273, -53, 72), 7: (301, 53, 72), 8: (28, -28, 45), 9: (49, -7, 18)},
+)
+_STAGE_WEIGHTS = {0: (1, 0, 20), 7: (49, 0, 180), 8: (16, 0, 45), 9: (49, 0, 180), 10: (1, 0, 20)}
+
+
+def _row(entries: dict[int, tuple[int, int, int]]) -> list[Fraction]:
+    return [(a + b * _ROOT) / d for a, b, d in (entries.get(i, (0, 0, 1)) for i in range(11))]
+
+
+_S = float(_ROOT)
 NODES = np.array([0.0, 0.5, (7 + _S) / 14, (7 - _S) / 14, 1.0])
 NODE_WEIGHTS = np.array([1 / 20, 16 / 45, 49 / 180, 49 / 180, 1 / 20])
-_STAGE_NODE = np.array([0, 1, 1, 2, 2, 1, 3, 3, 1, 2, 4])
-_B = np.array([1 / 20, 0, 0, 0, 0, 0, 0, 49 / 180, 16 / 45, 49 / 180, 1 / 20])
-_A = np.zeros((11, 11))
-_A[1, 0] = 1 / 2
-_A[2, :2] = 1 / 4, 1 / 4
-_A[3, :3] = 1 / 7, (-7 - 3 * _S) / 98, (21 + 5 * _S) / 49
-_A[4, :4] = (11 + _S) / 84, 0, (18 + 4 * _S) / 63, (21 - _S) / 252
-_A[5, :5] = (5 + _S) / 48, 0, (9 + _S) / 36, (-231 + 14 * _S) / 360, (63 - 7 * _S) / 80
-_A[6, :6] = (
-    (10 - _S) / 42,
-    0,
-    (-432 + 92 * _S) / 315,
-    (633 - 145 * _S) / 90,
-    (-504 + 115 * _S) / 70,
-    (63 - 13 * _S) / 35,
-)
-_A[7, :7] = 1 / 14, 0, 0, 0, (14 - 3 * _S) / 126, (13 - 3 * _S) / 63, 1 / 9
-_A[8, :8] = 1 / 32, 0, 0, 0, (91 - 21 * _S) / 576, 11 / 72, (-385 - 75 * _S) / 1152, (63 + 13 * _S) / 128
-_A[9, :9] = (
-    1 / 14,
-    0,
-    0,
-    0,
-    1 / 9,
-    (-733 - 147 * _S) / 2205,
-    (515 + 111 * _S) / 504,
-    (-51 - 11 * _S) / 56,
-    (132 + 28 * _S) / 245,
-)
-_A[10, 4:7] = (-42 + 7 * _S) / 18, (-18 + 28 * _S) / 45, (-273 - 53 * _S) / 72
-_A[10, 7:10] = (301 + 53 * _S) / 72, (28 - 28 * _S) / 45, (49 - 7 * _S) / 18
+STAGE_NODE = np.array([0, 1, 1, 2, 2, 1, 3, 3, 1, 2, 4])
+WEIGHTS = _pair(_row(_STAGE_WEIGHTS))
+TABLEAU = tuple(part.reshape(11, 11) for part in _pair([v for row in _STAGES for v in _row(row)]))
+_A, _B, _STAGE_NODE = TABLEAU[0], WEIGHTS[0], STAGE_NODE
 
 
 @jit

@@ -11,12 +11,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InputError
 from ..numeric import float_array
+from ._extended import extended_angles, two_to
 
 if TYPE_CHECKING:
     from ._snake import Snake
 
 _LONGEST_STEP = 0.5  # of (speed of a joint) x 1/(f length) x time: an eighth-order step then errs by about 1e-6
 _DOUBLINGS = 10
+_MOST_STEPS = 200_000  # followed in extended precision
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -51,24 +53,26 @@ def simulate(
     start = snake.check(q0, single=True)
     if not np.isfinite(duration) or duration <= 0:
         raise InputError(f"expected a positive duration, got {duration}", place="duration")
-    sampler, edges = _controls(controls, float(duration), durations)
+    sampler, edges, spans = _controls(controls, float(duration), durations)
     fastest = float(np.max(snake.wheel_rates, initial=0.0))
     growth = max(1.0, snake.wheel_ratio)
     counts = []
     for a, b in zip(edges[:-1], edges[1:]):
         probe = sampler(np.linspace(a, b, 9))[:, :2]
         speed = float(np.linalg.norm(probe, axis=1).max())
-        counts.append(max(1, int(np.ceil((b - a) * speed * fastest * growth / _LONGEST_STEP))))
-    coarse = _run(snake, start, sampler, edges, counts)
-    error = np.inf
-    for _ in range(_DOUBLINGS):
-        counts = [2 * n for n in counts]
-        fine = _run(snake, start, sampler, edges, counts)
-        before, error = error, float(np.abs(fine[1][-1] - coarse[1][-1]).max())
-        coarse = fine
-        if error <= tolerance or (
-            error < 1e-6 and error > 0.25 * before
-        ):  # the second: rounding, finer steps add to it
+        # powers of two: a part of a span is then exact, and every fineness follows the same inputs to the last digit
+        counts.append(int(two_to(max(1.0, (b - a) * speed * fastest * growth / _LONGEST_STEP))))
+    for integrate in (_floats, extended_angles):  # the second where rounding, amplified on the way, is what is left
+        coarse = _run(snake, start, sampler, edges, spans, counts, integrate)
+        error = np.inf
+        for _ in range(_DOUBLINGS):
+            counts = [2 * n for n in counts]
+            fine = _run(snake, start, sampler, edges, spans, counts, integrate)
+            before, error = error, float(np.abs(fine[1][-1] - coarse[1][-1]).max())
+            coarse = fine
+            if error <= tolerance or (error < 1e-6 and error > 0.25 * before):  # finer steps add rounding
+                break
+        if error <= tolerance or sum(counts) > _MOST_STEPS:
             break
     time, q, inputs, rates = coarse
     reason = "" if error <= tolerance else f"the tolerance {tolerance:g} was not met in {len(time) - 1} steps"
@@ -80,8 +84,8 @@ def simulate(
 Sampler = Callable[[NDArray[np.float64]], NDArray[np.float64]]
 
 
-def _controls(controls: object, duration: float, durations: ArrayLike | None) -> tuple[Sampler, NDArray[np.float64]]:
-    """The input as a function of many times, and the times between which it is smooth."""
+def _controls(controls: object, duration: float, durations: ArrayLike | None) -> tuple[Sampler, NDArray[np.float64], NDArray[np.float64]]:
+    """The input as a function of many times, the times between which it is smooth, and the spans between them."""
     if callable(controls):
         function = controls
 
@@ -91,7 +95,8 @@ def _controls(controls: object, duration: float, durations: ArrayLike | None) ->
 
         knots = getattr(controls, "x", getattr(controls, "t", None))  # splines jump in some derivative at their knots
         inner = [] if knots is None else [float(t) for t in np.unique(np.asarray(knots)) if 0.0 < t < duration]
-        return sample, np.array([0.0, *inner, duration])
+        knotted = np.array([0.0, *inner, duration])
+        return sample, knotted, np.diff(knotted)
     values = _four_inputs(float_array(controls, "controls", ndim=2), "controls")  # type: ignore[arg-type]
     if durations is None:
         lengths = np.full(len(values), duration / len(values))
@@ -106,7 +111,7 @@ def _controls(controls: object, duration: float, durations: ArrayLike | None) ->
         index = min(int(np.searchsorted(edges, middle, side="right")) - 1, len(values) - 1)
         return np.repeat(values[index : index + 1], len(times), axis=0)
 
-    return steady, edges
+    return steady, edges, np.array(lengths)
 
 
 def _four_inputs(values: NDArray[np.float64], name: str) -> NDArray[np.float64]:
@@ -121,10 +126,26 @@ def _four_inputs(values: NDArray[np.float64], name: str) -> NDArray[np.float64]:
     return values if values.shape[1] == 4 else np.concatenate([values, np.zeros_like(values)], axis=1)
 
 
-def _run(snake: Snake, start: NDArray, sampler: Sampler, edges: NDArray, counts: list[int]) -> tuple[NDArray, ...]:
-    from ._kernels import NODE_WEIGHTS, NODES, flow
+def _floats(theta: NDArray, inputs: NDArray, steps: NDArray, rate: NDArray, ratio: float) -> NDArray:
+    from ._kernels import flow
 
-    steps = np.concatenate([np.full(n, (b - a) / n) for a, b, n in zip(edges[:-1], edges[1:], counts)])
+    out = np.empty((len(steps) + 1, len(theta)))
+    flow(theta, inputs, steps, rate, ratio, out)
+    return out
+
+
+def _run(
+    snake: Snake,
+    start: NDArray,
+    sampler: Sampler,
+    edges: NDArray,
+    spans: NDArray,
+    counts: list[int],
+    integrate: Callable[..., NDArray],
+) -> tuple[NDArray, ...]:
+    from ._kernels import NODE_WEIGHTS, NODES
+
+    steps = np.concatenate([np.full(n, span / n) for span, n in zip(spans, counts)])
     blocks, ends = [], []
     for a, b, n in zip(edges[:-1], edges[1:], counts):
         h = (b - a) / n
@@ -136,10 +157,8 @@ def _run(snake: Snake, start: NDArray, sampler: Sampler, edges: NDArray, counts:
     inputs = np.concatenate(blocks)
     z0 = snake.to_angles(start)
     wheeled = len(snake.lengths) - 2
-    theta = np.empty((len(steps) + 1, wheeled))
-    flow(
-        z0[3 : 3 + wheeled].copy(), np.ascontiguousarray(inputs[:, :, :2]), steps, snake.wheel_rates, snake.wheel_ratio, theta
-    )  # fmt: skip
+    plane = np.ascontiguousarray(inputs[:, :, :2])
+    theta = integrate(z0[3 : 3 + wheeled].copy(), plane, steps, snake.wheel_rates, snake.wheel_ratio)
     moved = np.cumsum(np.einsum("snk,n,s->sk", inputs, NODE_WEIGHTS, steps), axis=0)
     moved = np.concatenate([np.zeros((1, 4)), moved])
     z = np.empty((len(steps) + 1, len(z0)))

@@ -21,6 +21,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InputError
 from ..numeric import wrap_angle
+from ._extended import extended_angles, two_to
 from ._singular import fold_joints
 
 if TYPE_CHECKING:
@@ -83,6 +84,7 @@ class _Shooting:
         self.rate, self.ratio = snake.wheel_rates, snake.wheel_ratio
         self.stiffest = float(self.rate.max()) * max(1.0, self.ratio)
         self.count, self.k = segments, len(self.rate)
+        self.fineness = 1.0  # of the integration between the cuts
 
     def flow(self, cuts: Array | None, inputs: Array, fineness: float = 1.0) -> tuple[Array, Array, Array]:
         """Starts, ends (m, k) and tangents (m, k, k+2) of the segments; without cuts each starts where the last ended."""
@@ -100,7 +102,7 @@ class _Shooting:
 
     def defects(self, cuts: Array, inputs: Array, goal: Array, shift: Array) -> tuple[Array, Array]:
         """What is left of the equations, (m k + 2,), and the tangents."""
-        _, ends, tangent = self.flow(cuts, inputs)
+        _, ends, tangent = self.flow(cuts, inputs, self.fineness)
         wanted = np.concatenate([cuts, goal[None]])
         return np.concatenate([(wanted - ends).ravel(), shift - inputs.mean(axis=0)]), tangent
 
@@ -206,23 +208,35 @@ class _Shooting:
         return cuts, inputs
 
     def polish(self, inputs: Array) -> tuple[Array, float]:
-        """Newton on the end point alone with fine steps; also the error that twice finer ones find."""
-        left, fineness = np.inf, 2.0
-        while fineness <= 8.0 and left > 1e-11:
-            for _ in range(3):
-                _, ends, tangent = self.flow(None, inputs, fineness)
-                error = np.concatenate([self.last - ends[-1], self.shift - inputs.mean(axis=0)])
-                if not np.abs(error).max() < 0.1:  # also where it is not a number: the path is too sensitive to follow
-                    return inputs, np.inf
-                jacobian = self._end_jacobian(tangent)
-                # by the inputs of least effect: one unit in the last place of the strongest would move the end too far
-                weak = 1.0 / (jacobian**2).sum(axis=0)
-                change = weak * np.linalg.lstsq(jacobian * weak, error, rcond=1e-13)[0]
-                inputs = inputs + change.reshape(-1, 2)
-            _, ends, _ = self.flow(None, inputs, 2.0 * fineness)
-            left = float(np.abs(ends[-1] - self.last).max() + np.abs(self.shift - inputs.mean(axis=0)).max())
-            fineness *= 2.0
+        """Newton on the end point alone, followed with 32 digits; also the error that twice finer steps find.
+
+        A way back of two body lengths amplifies rounding 1e8 times for N = 7: floats alone cannot tell where it ends.
+        """
+        fastest = float(np.sqrt((inputs * inputs).sum(axis=1).max())) * self.stiffest / self.count
+        sub = int(min(128.0, two_to(max(1.0, 8.0 * fastest))))
+        fine = 4 * sub
+        for _ in range(16):
+            cuts = self._follow(inputs, sub)
+            error = np.concatenate([self.last - cuts[-1], self.shift - inputs.mean(axis=0)])
+            size = float(np.abs(error).max())
+            if not size < 1.0:  # also where it is not a number: the path is too sensitive to follow
+                return inputs, np.inf
+            if size < 1e-7 and sub < fine:
+                sub = fine
+                continue
+            if size < 1e-12:
+                break
+            jacobian = self._end_jacobian(self.flow(cuts[:-1], inputs, 2.0)[2])
+            inputs = inputs + _weak_change(jacobian, error, size < 1e-4).reshape(-1, 2)
+        ends = self._follow(inputs, 2 * sub)[-1]
+        left = float(np.abs(ends - self.last).max() + np.abs(self.shift - inputs.mean(axis=0)).max())
         return inputs, left if np.isfinite(left) else np.inf
+
+    def _follow(self, inputs: Array, sub: int) -> Array:
+        """Ends (m, k) of the segments, one after another in extended precision; `sub` is a power of two."""
+        nodes = np.repeat(np.repeat(inputs, sub, axis=0)[:, None, :], 5, axis=1)
+        steps = np.full(len(nodes), 1.0 / self.count / sub)
+        return extended_angles(self.first, nodes, steps, self.rate, self.ratio)[sub::sub]
 
     def _end_jacobian(self, tangent: Array) -> Array:
         m, k = self.count, self.k
@@ -283,6 +297,24 @@ def steer(snake: Snake, q0: ArrayLike, q1: ArrayLike, tolerance: float, **option
     return Steering(solved, reason, inputs, duration, error, length, tries, motion)
 
 
+def _weak_change(jacobian: Array, error: Array, near: bool) -> Array:
+    """The change of inputs that takes the error away: of least size in units of effect, near the end by weak inputs alone.
+
+    An input of effect 1e8 moves the end by 1e-8 when its last digit changes: the last steps must leave it untouched.
+    """
+    effect = np.sqrt((jacobian**2).sum(axis=0))
+    for most in (1e2, 1e4, 1e6) if near else ():
+        some = effect < most
+        weight = 1.0 / effect[some]
+        part = weight * np.linalg.lstsq(jacobian[:, some] * weight, error, rcond=1e-13)[0]
+        left = np.linalg.norm(jacobian[:, some] @ part - error)
+        if left < 1e-3 * np.linalg.norm(error) and np.abs(part).max(initial=0.0) < 0.1:
+            change = np.zeros(len(effect))
+            change[some] = part
+            return change
+    return np.linalg.lstsq(jacobian / effect, error, rcond=1e-13)[0] / effect
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class _Leg:
     """Inputs of unit time that end within `error` of the goal, or None where nothing came near."""
@@ -308,14 +340,17 @@ def _one_leg(
         return _Leg(inputs, 0.0, 0, motion)
     best = _Leg(None, np.inf, 0, None)
     tries = since = 0
-    while best.error > 0.1 * tolerance and tries < settings.tries and since < _LOOK_ON:
+    while best.error > 0.3 * tolerance and tries < settings.tries and since < _LOOK_ON:
         path = _out_and_back(search.first, settings.segments, settings.skip + tries, body, rng)
         tries += 1
         since += best.error <= tolerance
         cuts, found, left = search.attempt(path, settings.iterations)
         if left >= _CLOSE:
             continue
-        found, left = search.polish(search.shorten(cuts, found, settings.shorten)[1])
+        cuts, found = search.shorten(cuts, found, settings.shorten)
+        search.fineness = 5.0  # what a coarse segment errs by is amplified from the next cut to the end
+        found, left = search.polish(search.solve(cuts, found, search.last, search.shift, 8)[1])
+        search.fineness = 1.0
         if not left < min(0.1 * distance, best.error):
             continue
         trial = inputs.copy()

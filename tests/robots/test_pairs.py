@@ -1,0 +1,196 @@
+"""Pairs of links: each has its reason, no pair that a plan may touch is dropped, SRDF files, what stands still."""
+
+import numpy as np
+import pytest
+
+from horosphere import distance, kinematics, robots
+from horosphere.errors import InputError
+from horosphere.robots._pairs import ALWAYS, OFTEN, SAMPLES
+
+from .mesh_arm import write_arm
+
+SRDF = """<?xml version="1.0"?>
+<robot name="acme">
+  <!-- as MoveIt's assistant writes it -->
+  <group name="arm"><chain base_link="link0" tip_link="link6"/></group>
+  <group name="hand"><link name="link7"/></group>
+  <group name="both"><group name="arm"/><group name="hand"/></group>
+  <group name="by_joints"><joint name="joint2"/><joint name="joint3"/><joint name="joint4"/></group>
+  <group name="split"><joint name="joint1"/><joint name="joint7"/></group>
+  <group_state name="home" group="arm"><joint name="joint1" value="0.5"/></group_state>
+  <end_effector name="hand" parent_link="link6" group="hand"/>
+  <virtual_joint name="world" type="fixed" parent_frame="world" child_link="link0"/>
+  <passive_joint name="joint7"/>
+  <disable_collisions link1="link0" link2="link1" reason="Adjacent"/>
+  <disable_collisions link1="link1" link2="link3" reason="Never"/>
+  <disable_collisions link1="link6" link2="link4" reason="User"/>
+</robot>
+"""
+OTHER = SRDF.replace("link6", "panda_hand").replace('name="acme"', 'name="panda"')
+
+
+@pytest.fixture(scope="module")
+def arm(tmp_path_factory):
+    """The URDF, an SRDF of it, and the robot without and with it."""
+    folder = tmp_path_factory.mktemp("acme")
+    path, _ = write_arm(folder, 1)
+    srdf = folder / "acme.srdf"
+    srdf.write_text(SRDF)
+    options = {"budget": 2, "tolerance": 0.03}
+    return path, srdf, robots.load(path, **options), robots.load(path, srdf=srdf, **options)
+
+
+def by_name(robot):
+    return {frozenset((p.first, p.second)): p for p in robot.pair_table}
+
+
+def test_every_pair_of_links_has_a_reason(arm):
+    _, _, robot, _ = arm
+    table = by_name(robot)
+    bodied = [robot.link_names[k] for k in np.unique(robot.capsules.link)]
+    assert set(table) == {frozenset((a, b)) for a in bodied for b in bodied if a != b}
+    assert all(pair.reason for pair in robot.pair_table)
+    checked = {frozenset((robot.link_names[i], robot.link_names[j])) for i, j in robot.self_pairs}
+    assert checked == {key for key, pair in table.items() if pair.checked}
+    assert table[frozenset(("link2", "link3"))].reason == "adjacent: joined by a joint"
+    shown = robots.describe(robot)["collision"]["pairs"]
+    assert len(shown) == len(table) and {"links", "checked", "why", "touching"} == set(shown[0])
+
+
+@pytest.mark.parametrize("name", ["panda", "ur5", "iiwa14", "nao-left-arm", "srs-arm"])
+def test_no_pair_that_may_touch_or_part_is_dropped(name):
+    """Witness: distances of the bodies by `distance`, at other random configurations."""
+    robot = robots.load(name)
+    rng = np.random.default_rng(7)
+    q = rng.uniform(robot.limits.lower, robot.limits.upper, (400, robot.n_joints))
+    names = robot.link_names
+    dropped = 0
+    for pair in robot.pair_table:
+        if pair.reason.startswith(("no joint", "adjacent")):
+            assert not pair.checked
+            continue
+        only = [[names.index(pair.first), names.index(pair.second)]]
+        one = robots.Robot(
+            robot.name,
+            robot.links,
+            robot.tip,
+            robot.joint_names,
+            robot.limits,
+            capsules=robot.capsules,
+            self_pairs=only,
+        )
+        touching = (distance.signed(one, q, [], self_collision=True) < 0.0).mean()
+        assert pair.touching == pytest.approx(touching, abs=0.12)
+        assert pair.checked == (pair.touching < ALWAYS)
+        if not pair.checked:
+            dropped += 1
+            assert touching > 0.9 and any(
+                "NOT checked" in n and pair.first in n and pair.second in n for n in robot.notes
+            )
+    assert dropped == {"ur5": 2, "nao-left-arm": 1}.get(name, 0)
+
+
+def test_pairs_that_often_overlap_stay_and_are_said(arm):
+    robot = arm[2]
+    often = [p for p in robot.pair_table if p.checked and p.touching is not None and p.touching >= OFTEN]
+    assert often
+    for pair in often:
+        assert f"{pair.first} / {pair.second} are checked, though" in " ".join(robot.notes)
+        assert f"{round(pair.touching * SAMPLES)} of {SAMPLES}" in pair.reason
+
+
+def test_srdf_disables_pairs_and_chooses_the_chain(arm):
+    path, srdf, plain, robot = arm
+    table = by_name(robot)
+    never = table[frozenset(("link1", "link3"))]
+    assert not never.checked and never.reason == "disabled in the SRDF: Never"
+    assert table[frozenset(("link4", "link6"))].reason == "disabled in the SRDF: User"
+    assert by_name(plain)[frozenset(("link4", "link6"))].checked
+    assert never.touching == by_name(plain)[frozenset(("link1", "link3"))].touching
+    assert any("link1 / link3: the SRDF says they never touch" in n for n in robot.notes) == (never.touching > 0)
+    # several groups are chains: the ends are the URDF's
+    assert robot.link_names[robot.tip] == "link7" and robot.n_joints == 7
+    for group, base, tip in (("arm", "link0", "link6"), ("both", "link0", "link7"), ("by_joints", "link1", "link4")):
+        part = robots.load(path, srdf=srdf, group=group, geometry="collision", capsules={}, budget=1)
+        assert (part.link_names[0], part.link_names[part.tip]) == (base, tip)
+        assert any(f"group {group!r}: {base} to {tip}" in note for note in part.notes)
+    for group, words in (("split", "not one chain"), ("arms", "unknown group 'arms'.*did you mean 'arm'")):
+        with pytest.raises(InputError, match=words):
+            robots.load(path, srdf=srdf, group=group)
+
+
+def test_the_only_group_is_the_chain(tmp_path):
+    path, _ = write_arm(tmp_path, 1, joints=3)
+    srdf = tmp_path / "one.srdf"
+    srdf.write_text('<robot name="acme"><group name="arm"><chain base_link="link0" tip_link="link2"/></group></robot>')
+    assert robots.load(path, srdf=srdf, budget=1).joint_names == ("joint1", "joint2")
+    assert robots.load(path, srdf=srdf, budget=1, tip="link3").n_joints == 3
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        (OTHER, "not for this URDF.*'panda'.*'acme'.*panda_hand.*line 4"),
+        (SRDF.replace('passive_joint name="joint7"', 'passive_joint name="wheel"'), "joint 'wheel' .line 12"),
+        (SRDF.replace('value="0.5"', 'value="half"'), "joint 'joint1'.*number"),
+        (SRDF.replace('link1="link0" link2="link1"', 'link1="link0"'), "without the name of a link"),
+        (SRDF.replace('link1="link0" link2="link1"', 'link1="link1" link2="link1"'), "with itself"),
+        ("<robot><group", "not well-formed"),
+        ("<sdf/>", "root element is <sdf>.*SRDF"),
+    ],
+)  # fmt: skip
+def test_an_srdf_for_another_robot_is_refused(arm, tmp_path, text, words):
+    srdf = tmp_path / "other.srdf"
+    srdf.write_text(text)
+    with pytest.raises(InputError, match=words) as error:
+        robots.load(arm[0], srdf=srdf)
+    assert str(srdf) in str(error.value)
+
+
+def test_srdf_needs_a_urdf(tmp_path):
+    with pytest.raises(InputError, match="srdf"):
+        robots.load("panda", srdf=tmp_path / "x.srdf")
+    with pytest.raises(InputError, match="no such file"):
+        robots.load(write_arm(tmp_path, 1, joints=1)[0], srdf=tmp_path / "x.srdf")
+
+
+def test_srdf_links_off_by_default(tmp_path):
+    path, _ = write_arm(tmp_path, 1, joints=4)
+    srdf = tmp_path / "four.srdf"
+    srdf.write_text(
+        '<robot name="acme"><disable_default_collisions link="link4"/>'
+        '<enable_collisions link1="link4" link2="link1"/><enable_collisions link1="link0" link2="link1"/></robot>'
+    )
+    table = by_name(robots.load(path, srdf=srdf, budget=1))
+    assert table[frozenset(("link0", "link4"))].reason == "disabled in the SRDF: Default"
+    assert "SRDF" not in table[frozenset(("link1", "link4"))].reason
+    # neighbours that are enabled are looked at, and overlap at their joint always
+    assert "always touching" in table[frozenset(("link0", "link1"))].reason
+
+
+def test_bodies_that_stand_still():
+    robot = robots.load("panda")
+    still = {robot.link_names[k] for k in robot.capsules.link[robot.static_bodies]}
+    assert still == {"panda_link0"} and not robot.static_bodies.flags.writeable
+    q = np.random.default_rng(0).uniform(robot.limits.lower, robot.limits.upper, (20, 7))
+    frames = kinematics.frames(robot, q).array[:, robot.capsules.link]
+    moves = np.ptp(frames, axis=0).max(axis=-1) > 1e-9
+    assert np.array_equal(moves, ~robot.static_bodies)
+
+
+@pytest.mark.parametrize("name", ["panda", "ur5", "humanoid-arm"])
+def test_link_bounds_hold_the_bodies(name):
+    robot = robots.load(name)
+    caps, rng = robot.capsules, np.random.default_rng(0)
+    assert robot.link_bounds.shape == (len(robot.links), 4)
+    assert {k for k in range(len(robot.links)) if robot.link_bounds[k, 3] >= 0} == set(caps.link.tolist())
+    for k in range(len(caps)):
+        directions = rng.normal(size=(200, 3))
+        directions /= np.linalg.norm(directions, axis=1)[:, None]
+        skin = np.concatenate([end + caps.radius[k] * directions for end in (caps.a[k], caps.b[k])])
+        centre, radius = robot.link_bounds[caps.link[k], :3], robot.link_bounds[caps.link[k], 3]
+        assert np.linalg.norm(skin - centre, axis=1).max() <= radius + 1e-12
+    for k in np.unique(caps.link):
+        ends = np.concatenate([caps.a[caps.link == k], caps.b[caps.link == k]])
+        span = np.linalg.norm(ends[:, None] - ends, axis=2).max() / 2
+        assert robot.link_bounds[k, 3] <= 1.16 * (span + caps.radius[caps.link == k].max())  # Jung: sqrt(4/3)
