@@ -31,7 +31,7 @@ def link_mesh(k, length, triangles, seed):
     return rough(trimesh.util.concatenate(parts), triangles, seed)
 
 
-def write_arm(folder, triangles=2_000, seed=0, collision=True, skip=(), joints=7):
+def write_arm(folder, triangles=2_000, seed=0, collision=True, skip=(), joints=7, primitives=False):
     """Writes `acme_description/` into `folder`; the path of its URDF, and the meshes by link."""
     package = folder / "acme_description"
     (package / "meshes").mkdir(parents=True)
@@ -39,10 +39,15 @@ def write_arm(folder, triangles=2_000, seed=0, collision=True, skip=(), joints=7
     (package / "package.xml").write_text("<package><name>acme_description</name></package>")
     meshes, text = {}, ['<robot name="acme">']
     for k, (length, ending) in enumerate(zip([0.3, *LENGTHS][: joints + 1], FORMATS)):
-        mesh = meshes[f"link{k}"] = link_mesh(k, length, triangles, seed + k)
-        if k not in skip:
-            mesh.export(package / "meshes" / f"link{k}.{ending}")
         geometry = f'<geometry><mesh filename="package://acme_description/meshes/link{k}.{ending}"/></geometry>'
+        if primitives:
+            geometry = (
+                f'<origin xyz="0 0 {length / 2}"/><geometry><cylinder radius="0.08" length="{length}"/></geometry>'
+            )
+        else:
+            mesh = meshes[f"link{k}"] = link_mesh(k, length, triangles, seed + k)
+            if k not in skip:
+                mesh.export(package / "meshes" / f"link{k}.{ending}")
         tags = ("collision", "visual") if collision else ("visual",)
         text.append(f'<link name="link{k}">{"".join(f"<{t}>{geometry}</{t}>" for t in tags)}</link>')
     for k in range(joints):

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from cyclopts import App, CycloptsError, Parameter
 
 from . import _output as out
+from ._bench import app as bench
 from ._check import check
 from ._field import field
 from ._plan import plan
@@ -39,6 +40,7 @@ def build() -> App:
     for command in (plan, check, show, field, robot, scenes, warmup):
         app.command(command)
     app.command(snake)
+    app.command(bench)
     return app
 
 

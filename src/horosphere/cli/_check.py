@@ -41,7 +41,7 @@ def check(
         Print the result as JSON.
     """
     from ..io import load_trajectory, output_folder
-    from ..scenes import Scene
+    from ..scenes import Scene, SnakeRobot
     from ._plan import checked_options
 
     with out.working("reading"):
@@ -57,7 +57,12 @@ def check(
         from ..viewer import goal_error, has_viser, measure, report_html, summarise
 
         out.announce_compiling(progress)
-        certificate = certify(problem, motion)
+        if isinstance(problem.robot, SnakeRobot):
+            from ..snake import certify_trajectory
+
+            certificate = certify_trajectory(problem, motion)
+        else:
+            certificate = certify(problem, motion)
         measures = measure(problem, motion)
         summary = summarise(problem, motion, measures, certificate=certificate)
         data: dict[str, Any] = {

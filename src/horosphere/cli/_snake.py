@@ -293,7 +293,7 @@ def navigate(
     scene: str,
     /,
     *,
-    weave: float = 0.0,
+    weave: float | None = None,
     out_folder: Annotated[Path | None, Parameter(name="--out")] = None,
     json: bool = False,
 ) -> int:
@@ -306,7 +306,8 @@ def navigate(
     scene
         A scene file with a snake, or snake-gap, snake-slalom, snake-park.
     weave
-        Metres; a wave of this amplitude over the path keeps the snake away from singular postures.
+        Metres; amplitude of a wave over the path that keeps the snake away from singular postures. By default it is laid where
+        the posture would be singular; 0 for none.
     out_folder
         Folder for trajectory.npz and motion.png.
     json

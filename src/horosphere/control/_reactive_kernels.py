@@ -48,9 +48,9 @@ def look(J, C, L, F, B, K, S, V, G, P, T, X, M, par, top, reach, stop_time, N, I
     """Pairs that matter this period: N (c, 8) = distance, witness, direction, speed; I (c, 5) = capsule, other capsule, what it
     meets, frame that both hang from, frame of the other.
 
-    A pair is left out if no velocity |u| <= top can make it matter; A, b: the rows a . u >= b, for the nearest capsule of
-    every frame and solid and those that are close (of every two frames the nearest pair). Returns (pairs, rows); seen: the least distance to a solid, capsule, solid, and of the
-    robot's own pairs, capsule, pair.
+    A pair is left out if no velocity |u| <= top can make it matter. A, b: the rows a . u >= b, for the nearest capsule of every
+    frame and solid and those that are close, and for the nearest pair of two frames. Returns (pairs, rows). seen: the least
+    distance to a solid, capsule, solid, and of the robot's own pairs, capsule, pair.
     """
     rate, count, rows = par[RATE], 0, 0
     seen[0], seen[1], seen[2], seen[3], seen[4], seen[5] = np.inf, -1.0, -1.0, np.inf, -1.0, -1.0

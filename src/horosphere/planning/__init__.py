@@ -7,6 +7,9 @@ from ._plan import plan as plan
 
 _LATER = {  # what needs more than a scene is imported when it is asked for
     "harmonic_field": "_point",
+    "connect": "_tree",
+    "react": "_reactive",
+    "bench_mbm": "_bench",
     "Resampled": "_resample",
     "resample": "_resample",
     "time_optimal_path": "_time_optimal",

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from .. import kinematics
 from ..certify import certify
+from ..errors import InputError
 from ..scenes import JointTarget, Scene
 from ._branches import follow_branches, supports
 from ._clearance import arm
@@ -97,17 +98,20 @@ def _by_tree(scene: Scene, starts: Configurations, goals: Configurations, progre
     from ._tree import connect
 
     options = scene.options
-    with progress.part("tree"):
-        result = connect(
-            arm(scene),
-            starts.q[0],
-            goals.q,
-            scene.obstacles,
-            clearance=options.clearance,
-            self_clearance=options.self_clearance,
-            seed=options.seed,
-            time_limit=options.time_limit,
-        )
+    try:
+        with progress.part("tree"):
+            result = connect(
+                arm(scene),
+                starts.q[0],
+                goals.q,
+                scene.obstacles,
+                clearance=options.clearance,
+                self_clearance=options.self_clearance,
+                seed=options.seed,
+                time_limit=options.time_limit,
+            )
+    except InputError as error:  # an obstacle that the tree does not take
+        return Plan(scene, False, f"joint-space tree: {error}")
     if not result.solved:
         return Plan(scene, False, f"joint-space tree: {result.reason}")
     points = kinematics.forward(arm(scene), result.waypoints).as_matrix()[:, :3, 3]

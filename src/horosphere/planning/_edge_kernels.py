@@ -25,7 +25,7 @@ from ._edge_frames_kernels import carried_inline as _carried
 from ._world_kernels import box_square, cylinder_square, ellipsoid_square, segment_square, upright_square
 
 CONTACT, UNDECIDED, CLEAR = -1, 0, 1
-SAMPLED, CERTIFIED, STANDING, WHOLE = 0, 1, 2, 3
+SAMPLED, CERTIFIED, WHOLE = 0, 1, 2
 STACK = 4096
 SMALLEST = 1e-5  # share of a motion below which it is not halved again
 WIDEN = 3e-7  # added to half widths of pieces: covers the rounding of their middles
@@ -69,7 +69,7 @@ def body_clear(c, half, v, how, margin, model, world, scratch):
     frame = load_columns(frames, 12 * WIDTH * f, 12, LANES)
     x, y, z = _carried(*frame, *load_records(body_balls, c, 4, (0,)))
     store_columns(centres, 3 * WIDTH * c, (x, y, z))
-    if f == 0 and how != STANDING:
+    if f == 0:  # what no joint moves stands where it stands
         return unclear
     nothing = half * 0.0
     r = nothing + (body_balls[c, 3] + margin)
@@ -239,7 +239,7 @@ def pair_clear(p, half, v, how, margin, model, scratch):
 def block_clear(q, v, t, half, how, margin, self_margin, model, world, scratch):
     """Lanes (bits) where contact is not excluded within `half` of q + t v; -1 if some middle is nearer than the margin.
 
-    SAMPLED: half is 0, a lane is in contact or it is not. STANDING: so too, with the bodies of the base.
+    SAMPLED: half is 0, a lane is in contact or it is not.
     """
     joints, joint_data, bodies, body_balls, groups, group_balls, balls, pairs, group_pairs = model
     frames, centres, near, stack, ramp, work = scratch
@@ -263,7 +263,7 @@ def edge_clear(q, v, count, how, margin, self_margin, model, world, scratch):
     """CLEAR, CONTACT or UNDECIDED for the motion q + t v, t in [0, 1].
 
     SAMPLED: `count` blocks of 16 evenly spaced configurations, the first one left out. CERTIFIED: from `count` pieces
-    on, a piece is halved until contact is excluded between its ends too. STANDING: q + v alone, with the base's bodies.
+    on, a piece is halved until contact is excluded between its ends too.
     WHOLE: every configuration between q and q + v joint by joint, a box, at once.
     """
     frames, centres, near, stack, ramp, work = scratch

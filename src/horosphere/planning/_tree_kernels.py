@@ -12,7 +12,7 @@ import math
 import numpy as np
 
 from ..kernels import call_compiled, jit, lane_min, lane_where_lt, load_lanes, min_lane, spread
-from ._edge_kernels import CERTIFIED, LANES, STANDING, WIDTH
+from ._edge_kernels import CERTIFIED, LANES, SAMPLED, WIDTH
 
 FREE = np.float32(1e30)  # the radius of a node whose extensions have all succeeded
 FAR = np.float32(1e9)
@@ -100,11 +100,11 @@ def write_path(tree, a, b, path):
 
 @jit(_nrt=False)
 def stands_clear(edge, q, margin, self_margin, model, world, scratch):
-    """Whether one configuration is clear, the bodies of the base among them."""
+    """Whether one configuration is clear."""
     v = scratch[5][0]
     for j in range(len(q)):
         v[j] = 0.0
-    return call_compiled(edge, (q, v, 1, np.int64(STANDING), margin, self_margin, model, world, scratch)) == 1
+    return call_compiled(edge, (q, v, 1, np.int64(SAMPLED), margin, self_margin, model, world, scratch)) == 1
 
 
 @jit(_nrt=False)

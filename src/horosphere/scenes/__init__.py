@@ -1,5 +1,7 @@
 """Scenes: a robot among obstacles, its start and its goal, read from YAML with every problem named; trajectories as data."""
 
+from typing import Any
+
 from ._bodies import Aerofoil as Aerofoil
 from ._bodies import EllipsoidND as EllipsoidND
 from ._bodies import PointRobot as PointRobot
@@ -26,3 +28,11 @@ from ._targets import Target as Target
 from ._targets import matrix_quaternion as matrix_quaternion
 from ._targets import quaternion_matrix as quaternion_matrix
 from ._trajectory import Trajectory as Trajectory
+
+
+def __getattr__(name: str) -> Any:
+    if name in ("MoveItProblem", "read_moveit", "read_moveit_set"):  # read only where such files are
+        from . import _moveit
+
+        return getattr(_moveit, name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -25,6 +25,7 @@ from ._world import SnakeCertificate as SnakeCertificate
 from ._world import Surroundings as Surroundings
 
 if TYPE_CHECKING:
+    from ._certify import certify_trajectory as certify_trajectory
     from ._scene import certificate_of as certificate_of
     from ._scene import navigate_scene as navigate_scene
     from ._scene import snake_of as snake_of
@@ -37,8 +38,9 @@ def __getattr__(name: str) -> Any:
         "snake_of",
         "trajectory_of",
         "certificate_of",
+        "certify_trajectory",
     ):  # what reads scenes is imported when asked for
-        from . import _scene
+        from . import _certify, _scene
 
-        return getattr(_scene, name)
+        return getattr(_certify if name == "certify_trajectory" else _scene, name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

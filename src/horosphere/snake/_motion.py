@@ -84,7 +84,9 @@ def simulate(
 Sampler = Callable[[NDArray[np.float64]], NDArray[np.float64]]
 
 
-def _controls(controls: object, duration: float, durations: ArrayLike | None) -> tuple[Sampler, NDArray[np.float64], NDArray[np.float64]]:
+def _controls(
+    controls: object, duration: float, durations: ArrayLike | None
+) -> tuple[Sampler, NDArray[np.float64], NDArray[np.float64]]:
     """The input as a function of many times, the times between which it is smooth, and the spans between them."""
     if callable(controls):
         function = controls

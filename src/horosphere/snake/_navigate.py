@@ -20,6 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..errors import InputError, unknown_name
 from ..numeric import wrap_angle
 from ._dubins import dubins
+from ._extended import two_to
 from ._motion import Motion
 from ._world import SnakeCertificate, Surroundings, certify_motion
 
@@ -30,6 +31,8 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 # where the path meets the goal's body: turning radii behind its tail, angle aside
 _GATES = ((1.0, 0.0), (0.5, 0.0), (0.0, 0.0), (1.0, 0.5), (1.0, -0.5), (1.0, 1.0), (1.0, -1.0))
+_SINGULAR = 0.02  # singularity measure below which a posture counts as near singular
+_WAVE = 0.3  # amplitude of the wave of itself, in mean link lengths: headings swing by about 0.3 rad
 _STEP = 0.05  # of the mean link length: between points of the path
 
 
@@ -37,13 +40,14 @@ _STEP = 0.05  # of the mean link length: between points of the path
 class NavigateOptions:
     """`width` of the links and certified `clearance`, metres; `workspace` (lower, upper) corners not to be left; `speed` of joint
     1, m/s; `weave`: lateral amplitude in metres of a wave laid over the path where there is room, which keeps the posture away
-    from singular ones (0: none); `seed` of the steering."""
+    from singular ones; 0: none; None: by itself, where the posture would be singular and only if that makes it less so;
+    `seed` of the steering."""
 
     width: float = 0.1
     clearance: float = 0.05
     workspace: Any = None
     speed: float = 1.0
-    weave: float = 0.0
+    weave: float | None = None
     seed: int = 0
 
 
@@ -123,7 +127,7 @@ def navigate(snake: Snake, q0: ArrayLike, q1: ArrayLike, obstacles: Any, **optio
         if outcome.solved:
             break
     assert best is not None
-    return _with(best, attempts=tuple(attempts), notes=around.notes)
+    return _with(best, attempts=tuple(attempts), notes=around.notes + best.notes)
 
 
 def _with(result: Navigation, **changes: Any) -> Navigation:
@@ -175,8 +179,61 @@ def _one_plan(
     if approach is None:
         return _failed("path", reason, None if line is None else line[:, :2])
     path = _resample(np.concatenate([approach[:, :2], _along_body(gate, way, body, step)]), step)
-    if settings.weave > 0:
-        path = _weave(path, around, settings.weave, 6.0 * size, required, step)
+    if settings.weave:
+        where = np.ones(len(path))
+        return _follow(
+            snake, start, goal, around, settings, _weave(path, around, settings.weave, where, size, required)
+        )
+    plain = _follow(snake, start, goal, around, settings, path)
+    if settings.weave is None and plain.solved and snake.links > 4:
+        return _woven(snake, start, goal, around, settings, path, plain)
+    return plain
+
+
+def _woven(
+    snake: Snake,
+    start: Array,
+    goal: Array,
+    around: Surroundings,
+    settings: NavigateOptions,
+    path: Array,
+    plain: Navigation,
+) -> Navigation:
+    """The solved plan with a wave where its posture was singular, if that is certified too and less singular; else as it was."""
+    size = float(snake.lengths.mean())
+    way = _along(snake, plain, path)
+    before = float(np.mean(way < _SINGULAR))
+    if before < 0.05:
+        return plain
+    required = 0.5 * settings.width + settings.clearance
+    wave = _weave(path, around, _WAVE * size, np.asarray(way < _SINGULAR, np.float64), size, required)
+    other = _follow(snake, start, goal, around, settings, wave)
+    after = float(np.mean(_along(snake, other, wave) < _SINGULAR)) if other.solved else 1.0
+    if after > 0.8 * before:
+        return _with(
+            plain, notes=(f"singular postures on {before:.0%} of the way; a wave would not have made them fewer",)
+        )
+    note = (
+        f"a wave of {_WAVE * size:.2g} m over the path: near singular on {after:.0%} of the way instead of {before:.0%}"
+    )
+    return _with(other, notes=(note,))
+
+
+def _along(snake: Snake, plan: Navigation, path: Array) -> Array:
+    """The singularity measure when joint 1 drives along its path, (k,), before the arrival."""
+    if plan.motion is None:
+        return np.zeros(len(path))
+    along = np.linalg.norm(np.diff(path, axis=0), axis=1)
+    moved = np.concatenate([[0.0], np.cumsum(along)])
+    joint = np.linalg.norm(np.diff(snake.joints(plan.motion.q)[:, 1], axis=0), axis=1)
+    gone = np.concatenate([[0.0], np.cumsum(joint)])
+    return np.interp(moved, gone, snake.singularity(plan.motion.q))
+
+
+def _follow(
+    snake: Snake, start: Array, goal: Array, around: Surroundings, settings: NavigateOptions, path: Array
+) -> Navigation:
+    """The motion of the snake led along a path by joint 1, and its arrival."""
     inputs, durations = _drive(snake, start, goal, path, settings.speed)
     motion = snake.simulate(start, inputs, durations=durations, tolerance=1e-9)
     certificate = certify_motion(snake, motion, around, 0.5 * settings.width, settings.clearance)
@@ -267,14 +324,16 @@ def _resample(points: Array, step: float) -> Array:
     return np.stack([np.interp(at, s, points[:, 0]), np.interp(at, s, points[:, 1])], axis=1)
 
 
-def _weave(path: Array, around: Surroundings, amplitude: float, length: float, required: float, step: float) -> Array:
-    """The path with a wave across it, faded out at both ends and where there is no room for it."""
+def _weave(path: Array, around: Surroundings, amplitude: float, where: Array, size: float, required: float) -> Array:
+    """The path with a wave across it `where` (k,) is 1, faded out at both ends and where there is no room for it."""
+    length, step = 6.0 * size, _STEP * size
     s = np.arange(len(path)) * step
     tangent = np.gradient(path, axis=0)
     tangent /= np.linalg.norm(tangent, axis=1, keepdims=True)
     room = np.clip((around.of_points(path) - required - amplitude) / amplitude, 0.0, 1.0)
     window = np.minimum(np.clip(s / length, 0.0, 1.0), np.clip((s[-1] - s) / length - 0.5, 0.0, 1.0))
     wide = max(1, int(0.5 * length / step))
+    room *= where
     room = np.convolve(np.pad(room, wide, mode="edge"), np.full(2 * wide + 1, 1.0 / (2 * wide + 1)), mode="valid")
     offset = amplitude * room * window * np.sin(2.0 * np.pi * s / length)
     return _resample(path + offset[:, None] * np.stack([-tangent[:, 1], tangent[:, 0]], axis=1), step)
@@ -329,7 +388,8 @@ def _arrive(
         if not steering.solved:
             reason = f"steering: {steering.reason}"
             continue
-        time = max(steering.path_length / settings.speed, 1e-3)
+        # a power of two times what steering took: the inputs keep their digits, which the way back amplifies
+        time = steering.duration * two_to(max(steering.path_length / settings.speed, 1e-3) / steering.duration)
         last = len(steering.inputs)
         all_inputs = np.concatenate([inputs, steering.inputs * (steering.duration / time)])
         all_durations = np.concatenate([durations, np.full(last, time / last)])

@@ -82,10 +82,18 @@ def motion_figure(
     snake: Snake, motion: Motion, around: Surroundings | None = None, path: Array | None = None, snapshots: int = 7
 ) -> Any:
     """The motion from above with wheels and track; singularity measure, clearance and constraint residual in time."""
-    figure = _figure(11.0, 7.0)
-    grid = figure.add_gridspec(2, 2, height_ratios=(2.2, 1.0))
-    top = figure.add_subplot(grid[0, :])
     joints = snake.joints(motion.q)
+    # the sheet is as high as the picture needs at its width
+    seen = [joints.reshape(-1, 2)]
+    if around is not None:
+        seen += [around.centers - around.radii[:, None], around.centers + around.radii[:, None]]
+        seen += [] if around.lower is None or around.upper is None else [around.lower[None], around.upper[None]]
+    low_corner, high_corner = (f([f(part, axis=0) for part in seen if len(part)], axis=0) for f in (np.min, np.max))
+    wide, tall = high_corner - low_corner + 1.0
+    top_height = float(np.clip(11.0 * tall / wide, 2.2, 8.0)) + 0.5
+    figure = _figure(11.0, top_height + 2.6)
+    grid = figure.add_gridspec(2, 3 if around is not None else 2, height_ratios=(top_height, 2.1))
+    top = figure.add_subplot(grid[0, :])
     if around is not None:
         from matplotlib.patches import Circle, Rectangle
 
@@ -100,18 +108,20 @@ def motion_figure(
     for k, index in enumerate(np.linspace(0, len(motion.time) - 1, snapshots).astype(int)):
         draw_snake(top, snake, motion.q[index], "#1f5a99", 0.25 + 0.75 * k / max(1, snapshots - 1))
     top.set_aspect("equal")
-    top.legend(fontsize=8, loc="upper left")
-    low, high = figure.add_subplot(grid[1, 0]), figure.add_subplot(grid[1, 1])
-    low.plot(motion.time, snake.singularity(motion.q), color="#8a4fb0")
-    low.set_title("singularity measure (0: wheel axes meet)", fontsize=9)
-    low.set_xlabel("time (s)")
+    top.set_xlim(low_corner[0] - 0.5, high_corner[0] + 0.5)
+    top.set_ylim(low_corner[1] - 0.5, high_corner[1] + 0.5)
+    top.legend(fontsize=8, loc="best", ncols=2)
+    first, second, *third = (figure.add_subplot(grid[1, k]) for k in range(grid.ncols))
+    first.plot(motion.time, snake.singularity(motion.q), color="#8a4fb0")
+    first.set_title("singularity measure (0: wheel axes meet)", fontsize=9)
+    rates = snake.angle_rates(snake.to_angles(motion.q), motion.inputs)
+    slip = np.abs(np.einsum("kij,kj->ki", snake.pfaff(motion.q), rates)).max(axis=1)
+    second.semilogy(motion.time, np.maximum(slip, 1e-18), color="#2aa3a8", linewidth=0.8)
+    second.set_title("constraint residual (m/s)", fontsize=9)
     if around is not None:
-        high.plot(motion.time, around.of_body(joints, 0.0), color="#1f5a99")
-        high.set_title("distance of the body's centre line to the obstacles (m)", fontsize=9)
-    else:
-        rates = snake.angle_rates(snake.to_angles(motion.q), motion.inputs)
-        slip = np.abs(np.einsum("kij,kj->ki", snake.pfaff(motion.q), rates)).max(axis=1)
-        high.semilogy(motion.time, np.maximum(slip, 1e-18), color="#1f5a99")
-        high.set_title("constraint residual (m/s)", fontsize=9)
-    high.set_xlabel("time (s)")
+        third[0].plot(motion.time, around.of_body(joints, 0.0), color="#1f5a99")
+        third[0].set_ylim(bottom=0.0)
+        third[0].set_title("distance of the centre line to the obstacles (m)", fontsize=9)
+    for axes in (first, second, *third):
+        axes.set_xlabel("time (s)")
     return figure

@@ -48,30 +48,38 @@ def trajectory_of(snake: Snake, result: Navigation) -> Trajectory | None:
 
 def certificate_of(scene: Scene, result: Navigation) -> Certificate | None:
     """The certificate of a navigation in the form of `certify`; the motion between waypoints is that of the snake itself."""
+    from ._certify import NOT_CHECKED, off_target
+
     own = result.certificate
-    if own is None:
+    if own is None or result.motion is None:
         return None
     asked = scene.options.clearance
-    reasons = [] if own.certified else [f"the clearance is only certified to {own.clearance:.4g} m"]
+    reasons = []
+    if own.clearance < asked:
+        reasons.append(f"the clearance is only certified to {own.clearance:.4g} m")
+    if own.self_clearance < 0.0:
+        reasons.append("links come too close to one another")
+    start_error, start_angle = off_target(result.motion.q[0], scene.start)
+    goal_error, goal_angle = off_target(result.motion.end, scene.goal)
     return Certificate(
         certified=own.certified and result.solved,
         clearance=own.clearance,
         clearance_seen=own.sampled,
         margin=asked,
-        self_clearance=np.inf,
-        self_clearance_seen=np.inf,
+        self_clearance=own.self_clearance,
+        self_clearance_seen=own.self_sampled,
         self_margin=0.0,
         nearest="body and obstacles",
         first_violation=None,
         violations=(),
         unresolved=(),
-        reasons=tuple(reasons),
-        goal_error=result.error,
-        goal_angle_error=result.error,
-        start_error=0.0,
-        start_angle_error=0.0,
+        reasons=(*reasons, NOT_CHECKED),
+        goal_error=goal_error,
+        goal_angle_error=goal_angle,
+        start_error=start_error,
+        start_angle_error=start_angle,
         limits_ok=True,
         velocities_ok=True,
         evaluations=own.samples,
-        slack=0.0 if result.motion is None else result.motion.error,
+        slack=result.motion.error,
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -93,13 +94,39 @@ class Surroundings:
         return free - half_width
 
 
+def self_distance(joints: Array) -> Array:
+    """Least distance between two links that do not share a joint, for joints (..., N+2, 2), metres, (...,): 0 where they cross."""
+    links = joints.shape[-2] - 1
+    first, second = np.triu_indices(links, 2)
+    if not len(first):
+        return np.full(joints.shape[:-2], np.inf)
+    a, b, c, d = joints[..., first, :], joints[..., first + 1, :], joints[..., second, :], joints[..., second + 1, :]
+    ends = ((a, c, d), (b, c, d), (c, a, b), (d, a, b))
+    apart = np.min([_to_segment(p, tail, tip) for p, tail, tip in ends], axis=0)
+    crosses = (_side(a, b, c) * _side(a, b, d) < 0) & (_side(c, d, a) * _side(c, d, b) < 0)
+    return np.where(crosses, 0.0, apart).min(axis=-1)
+
+
+def _side(a: Array, b: Array, p: Array) -> Array:
+    along, to = b - a, p - a
+    return along[..., 0] * to[..., 1] - along[..., 1] * to[..., 0]
+
+
+def _to_segment(p: Array, a: Array, b: Array) -> Array:
+    along, to = b - a, p - a
+    part = np.clip((to * along).sum(axis=-1) / (along * along).sum(axis=-1), 0.0, 1.0)
+    gap = to - part[..., None] * along
+    return np.sqrt((gap * gap).sum(axis=-1))
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class SnakeCertificate:
     """Clearance of the whole body over a motion, in continuous time.
 
     `clearance`: lower bound over all times and body points, metres; `certified`: it is at least what was asked for;
     `sampled`: least clearance at the sampled postures; `first_violation`: time of the first sample that is too close, or
-    None; `unresolved`: time spans that no refinement settled; `samples`: postures looked at.
+    None; `unresolved`: time spans that no refinement settled; `samples`: postures looked at; `self_clearance`,
+    `self_sampled`: likewise between links that share no joint (neighbours, which share one, are not looked at).
 
     The bound: joints 1 .. N of a snake move at most at the speed of joint 1 (exactly at it for midpoint wheels) and a
     link's points no faster than its ends, so between two samples the clearance is at least half of (sum of both clearances
@@ -112,31 +139,64 @@ class SnakeCertificate:
     first_violation: float | None
     unresolved: tuple[tuple[float, float], ...]
     samples: int
+    self_clearance: float = np.inf
+    self_sampled: float = np.inf
 
 
 def certify_motion(
     snake: Snake, motion: Motion, around: Surroundings, half_width: float, required: float
 ) -> SnakeCertificate:
     """The certificate of a motion under piecewise constant inputs; spans where the bound does not decide are integrated again."""
-    free = around.of_body(snake.joints(motion.q), half_width) - motion.error
+    free, apart = _distances(snake, motion.q, motion.error, around, half_width)
     travel = _fastest(snake, motion.inputs[:-1]) * np.diff(motion.time)
+    return bounded(
+        motion.time, free, apart, travel, required, lambda i: _refine(snake, motion, i, around, half_width, required)
+    )
+
+
+def _distances(snake: Snake, q: Array, error: float, around: Surroundings, half_width: float) -> tuple[Array, Array]:
+    joints = snake.joints(q)
+    reach = error * (1.0 + float(snake.lengths.sum()))
+    return around.of_body(joints, half_width) - reach, self_distance(joints) - 2.0 * (half_width + reach)
+
+
+def bounded(
+    time: Array,
+    free: Array,
+    apart: Array,
+    travel: Array,
+    required: float,
+    refine: Callable[[int], tuple[float, float, int]],
+) -> SnakeCertificate:
+    """The certificate from clearances at samples and the furthest that a body point travels between them.
+
+    `refine(i)` gives finer bounds of span i (clearance, self-clearance) and the postures it looked at.
+    """
     bound = 0.5 * (free[:-1] + free[1:] - travel)
-    low = bound < required
+    own = 0.5 * (apart[:-1] + apart[1:] - 2.0 * travel)  # both links may move
     samples, open_spans = len(free), []
-    resolved = float(bound[~low].min(initial=free.min() if len(free) == 1 else np.inf))
-    for i in (int(k) for k in np.flatnonzero(low)):
-        if min(free[i], free[i + 1]) < required:
-            resolved = min(resolved, float(bound[i]))
+    for i in (int(k) for k in np.flatnonzero((bound < required) | (own < 0.0))):
+        if min(free[i], free[i + 1]) < required or min(apart[i], apart[i + 1]) < 0.0:
             continue
-        best, used = _refine(snake, motion, i, around, half_width, required)
+        bound[i], own[i], used = refine(i)
         samples += used
-        resolved = min(resolved, best)
-        if best < required:
-            open_spans.append((float(motion.time[i]), float(motion.time[i + 1])))
-    lowest = resolved
-    bad = np.flatnonzero(free < required)
-    first = float(motion.time[bad[0]]) if bad.size else None
-    return SnakeCertificate(lowest >= required, lowest, float(free.min()), first, tuple(open_spans), samples)
+        if bound[i] < required or own[i] < 0.0:
+            open_spans.append((float(time[i]), float(time[i + 1])))
+    lowest, own_lowest = (
+        float(b.min(initial=x.min() if len(x) == 1 else np.inf)) for b, x in ((bound, free), (own, apart))
+    )
+    bad = np.flatnonzero((free < required) | (apart < 0.0))
+    first = float(time[bad[0]]) if bad.size else None
+    return SnakeCertificate(
+        lowest >= required and own_lowest >= 0.0,
+        lowest,
+        float(free.min()),
+        first,
+        tuple(open_spans),
+        samples,
+        own_lowest,
+        float(apart.min()),
+    )
 
 
 def _fastest(snake: Snake, inputs: Array) -> Array:
@@ -151,16 +211,17 @@ def _fastest(snake: Snake, inputs: Array) -> Array:
 
 def _refine(
     snake: Snake, motion: Motion, i: int, around: Surroundings, half_width: float, required: float
-) -> tuple[float, int]:
-    """Lower bound on one span of constant input, by 16, then 256 finer samples."""
+) -> tuple[float, float, int]:
+    """Lower bounds on one span of constant input, by 16, then 256 finer samples."""
     span = float(motion.time[i + 1] - motion.time[i])
-    used, bound = 0, -np.inf
+    used, bound, own = 0, -np.inf, -np.inf
     for pieces in (16, 256):
         part = snake.simulate(motion.q[i], np.repeat(motion.inputs[i][None], pieces, axis=0), span, tolerance=1e-9)
-        free = around.of_body(snake.joints(part.q), half_width) - motion.error - part.error
+        free, apart = _distances(snake, part.q, motion.error + part.error, around, half_width)
         travel = _fastest(snake, part.inputs[:-1]) * np.diff(part.time)
         bound = float((0.5 * (free[:-1] + free[1:] - travel)).min())
+        own = float((0.5 * (apart[:-1] + apart[1:]) - travel).min())
         used += len(free)
-        if bound >= required:
+        if bound >= required and own >= 0.0:
             break
-    return bound, used
+    return bound, own, used

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -17,13 +17,18 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class Measures:
-    """Along a trajectory: `time` (k,) s; `q` (k, n); `clearance` (k,) m or None; `to_goal` (k,) m or None; tool points (k, 3)."""
+    """Along a trajectory: `time` (k,) s; `q` (k, n); `clearance` (k,) m or None; `to_goal` (k,) m or None; tool points (k, 3).
+
+    Of snakes also `singularity` (k,), 0 where all wheel axes meet, and at the waypoints `slip` (2, m): time and m/s sideways.
+    """
 
     time: Floats
     q: Floats
     tool: Floats
     clearance: Floats | None
     to_goal: Floats | None
+    singularity: Floats | None = None
+    slip: Floats | None = None
 
 
 def measure(scene: Scene, trajectory: Trajectory, most: int = 600) -> Measures:
@@ -35,13 +40,30 @@ def measure(scene: Scene, trajectory: Trajectory, most: int = 600) -> Measures:
         time = np.linspace(trajectory.time[0], trajectory.time[-1], most)
     q = trajectory.at(time)
     tool = tool_points(scene, q)
-    return Measures(time - time[0], q, tool, clearance(scene, q), distance_to_goal(scene, q, tool))
+    result = Measures(time - time[0], q, tool, clearance(scene, q), distance_to_goal(scene, q, tool))
+    return _of_snake(scene, trajectory, result) if isinstance(scene.robot, SnakeRobot) else result
+
+
+def _of_snake(scene: Scene, trajectory: Trajectory, result: Measures) -> Measures:
+    from ..snake import snake_of
+
+    snake = snake_of(scene)
+    slip = None
+    if trajectory.velocities is not None:
+        across = np.abs(np.einsum("kij,kj->ki", snake.pfaff(trajectory.positions), trajectory.velocities))
+        slip = np.stack([trajectory.time - trajectory.time[0], across.max(axis=1, initial=0.0)])
+    return replace(result, singularity=snake.singularity(result.q), slip=slip)
 
 
 def clearance(scene: Scene, q: Floats) -> Floats | None:
     """Least distance (k,) from the robot to the obstacles; None where there is nothing to keep clear of, or no measure of it."""
-    if not scene.obstacles or isinstance(scene.robot, SnakeRobot):
+    if not scene.obstacles:
         return None
+    if isinstance(scene.robot, SnakeRobot):
+        from ..snake import Surroundings, snake_of
+
+        around = Surroundings.of(list(scene.obstacles), None)
+        return around.of_body(snake_of(scene).joints(q), 0.5 * scene.robot.width)
     if isinstance(scene.robot, (PointRobot, UnicycleRobot)):
         x = q[:, : scene.dimension]
         return np.min([_outside(o, x) for o in scene.obstacles], axis=0) - scene.robot.radius

@@ -116,18 +116,22 @@ def _snake(robot: SnakeRobot, q: Floats) -> tuple[Part, ...]:
             angle = angle + q[:, 2 + i]
         width = robot.width or 0.12 * float(length)
         body = capsule([0.0, 0.0, 0.0], [length, 0.0, 0.0], 0.5 * width, 20)
-        middle, half = robot.wheel_fraction * length, 0.25 * length
-        wheels = tuple(
-            capsule(
-                [middle - 0.3 * half, side * 0.8 * width, 0.0],
-                [middle + 0.3 * half, side * 0.8 * width, 0.0],
-                0.15 * width,
-                12,
-            )
-            for side in (-1.0, 1.0)
-        )
-        result.append(Part(f"link {i + 1}", (body, *wheels), shade(i, robot.links), planar_poses(x, y, angle)))
+        poses = planar_poses(x, y, angle)
+        result.append(Part(f"link {i}", (body,), shade(i, robot.links), poses))
+        if 0 < i < robot.links - 1:  # the first and the last link have no wheels
+            wheels = _wheels(robot.wheel_fraction * length, 0.16 * length, max(0.7 * width, 0.06 * length))
+            result.append(Part(f"wheels {i}", wheels, (60, 60, 60), poses))
     return tuple(result)
+
+
+def _wheels(x: float, half_gauge: float, radius: float) -> tuple[Solid, ...]:
+    """A pair of wheels and their axle at x, drawn large enough to be seen."""
+    axle = capsule([x, -half_gauge, 0.0], [x, half_gauge, 0.0], 0.15 * radius, 8)
+    rims = (
+        capsule([x - radius, side * half_gauge, 0.0], [x + radius, side * half_gauge, 0.0], 0.35 * radius, 12)
+        for side in (-1.0, 1.0)
+    )
+    return (axle, *rims)
 
 
 def extent_of(scene: Scene, *points: Floats) -> tuple[Floats, float]:

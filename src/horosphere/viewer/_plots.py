@@ -24,6 +24,10 @@ def plots(scene: Scene, measures: Measures) -> dict[str, str]:
     if measures.to_goal is not None:
         result["Distance to the goal"] = _to_goal(measures)
     result[_coordinates(scene)[0]] = _joints(scene, measures)
+    if measures.singularity is not None:
+        result["Singularity measure"] = _singularity(measures)
+    if measures.slip is not None:
+        result["Constraint residual"] = _slip(measures.slip)
     return result
 
 
@@ -84,6 +88,23 @@ def _to_goal(m: Measures) -> str:
     axes.plot(m.time, m.to_goal, color=COLORS[0], linewidth=1.8)
     axes.set_ylim(bottom=min(0.0, float(m.to_goal.min())))
     axes.set_ylabel("distance [m]")
+    return _svg(figure)
+
+
+def _singularity(m: Measures) -> str:
+    figure, axes = _figure("singularity")
+    assert m.singularity is not None
+    axes.plot(m.time, m.singularity, color=COLORS[3], linewidth=1.5)
+    axes.set_ylim(bottom=0.0)
+    axes.set_ylabel("0: all wheel axes meet")
+    return _svg(figure)
+
+
+def _slip(slip: np.ndarray) -> str:
+    figure, axes = _figure("slip")
+    kept = slip[:, :: max(1, slip.shape[1] // 1200)]
+    axes.semilogy(kept[0], np.maximum(kept[1], 1e-18), color=COLORS[5], linewidth=1.0)
+    axes.set_ylabel("sideways speed of a wheel [m/s]")
     return _svg(figure)
 
 
