@@ -25,7 +25,7 @@ COLORS = ("#33658a", "#0b6e4f", "#e09f3e", "#d1495b")
 def field_of(name, **changes):
     scene = Scene.load(name)
     margin = scene.robot.radius + scene.options.clearance
-    options = {"boundary": scene.field.boundary, "margin": margin, **changes}
+    options = {"boundary": scene.field.boundary, "blend": scene.field.blending, "margin": margin, **changes}
     return scene, HarmonicField(scene.goal.position, scene.obstacles, **options)
 
 

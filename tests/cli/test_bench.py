@@ -2,7 +2,7 @@
 
 import json
 
-from horosphere.cli import main
+from horosphere.cli._app import main
 
 
 def test_a_set_is_run_and_tabled(shared_data, capsys, tmp_path):

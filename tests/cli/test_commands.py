@@ -9,7 +9,7 @@ import pytest
 
 from horosphere.cli._app import build
 
-COMMANDS = sorted(name for name in build() if not name.startswith("-") and name != "snake")
+COMMANDS = sorted(name for name in build() if not name.startswith("-") and name not in ("snake", "bench"))
 SNAKE = sorted(name for name in build()["snake"] if not name.startswith("-"))
 HEAVY = ("scipy", "numba", "viser", "matplotlib", "trimesh", "pydantic", "yourdfpy")
 
@@ -82,7 +82,7 @@ def test_urdf_with_two_tips(run, shared_data):
 
 def test_nao_without_its_meshes(run, shared_data):
     result = run("robot", shared_data / "nao.urdf", "--base", "torso", "--tip", "l_gripper")
-    assert result.code == 0 and re.search(r"collision mesh.*could not be used", result.out)
+    assert result.code == 0 and re.search(r"mesh.*could not be used", result.out)
     assert "WITHOUT collision body" in result.out
 
 

@@ -161,3 +161,66 @@ def test_inflation_covers_a_run_with_that_error():
 def test_bad_input(make, words):
     with pytest.raises(InputError, match=words):
         make()
+
+
+def tracked(seed, period, law="implicit-unit-vector"):
+    """One run among 20 discs as the benchmark makes it: margin 0.05 m, or what the gaps and the ends leave."""
+    world = random_world("discs", seed)
+    centers, radii = world.obstacles
+    apart = np.linalg.norm(centers[:, None] - centers, axis=-1) - radii[:, None] - radii + 1e9 * np.eye(len(radii))
+    ends = [0.5 * (np.linalg.norm(centers - p, axis=1) - radii).min() for p in (world.start, world.goal)]
+    field = HarmonicField(world.goal, world.obstacles, margin=min(0.05, 0.4 * apart.min(), *ends))
+    return control.track(
+        field,
+        world.start,
+        world.goal,
+        period=period,
+        law=law,
+        disturbance=0.3,
+        clearance=lambda x: (np.linalg.norm(x[:, None] - centers, axis=2) - radii).min(1),
+    )
+
+
+@pytest.mark.parametrize("period", [0.02, 0.05])
+def test_ten_worlds_without_a_collision(period):
+    for seed in range(10):
+        run = tracked(seed, period)
+        assert run.reached and run.clearance > 0.0, seed
+        assert np.linalg.norm(run.inputs, axis=1).max() <= 4.0 * (1 + 1e-9)
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(3600)
+@pytest.mark.parametrize("period", [0.001, 0.005, 0.02, 0.05])
+@pytest.mark.parametrize("law", control._sliding.LAWS)
+def test_sixty_worlds(law, period):
+    runs = [tracked(seed, period, law) for seed in range(60)]
+    assert all(np.linalg.norm(run.inputs, axis=1).max() <= 4.0 * (1 + 1e-9) for run in runs)
+    collisions = sum(run.clearance <= 0.0 for run in runs)
+    if law == "implicit-unit-vector":  # the default is promised, the others are there to compare
+        assert collisions == 0 and all(run.reached for run in runs)
+    elif law != "super-twisting" and period < 0.01:
+        assert collisions == 0
+
+
+@pytest.mark.parametrize("heuristic", ["none", "slow down", "grow radius"])
+def test_a_ball_keeps_its_radius_away(heuristic):
+    """The robot is a ball: zones grown by its radius, clearance from its surface; witness: centres along the run."""
+    centers, radii, radius = np.array([[3.0, 0.05], [1.2, 1.9]]), np.array([1.0, 0.6]), 0.3
+    field = HarmonicField([0.0, 0.0], (centers, radii), margin=radius + 0.03)
+    robot = control.PointMass(radius, 4.0)
+    grow = heuristic == "grow radius"
+    run = control.track(
+        (lambda x, extra: field.grown(extra)(x)) if grow else field,
+        [6.0, 0.0],
+        [0.0, 0.0],
+        period=0.02,
+        robot=robot,
+        speed=control.SpeedProfile(slow_down=1.0) if heuristic == "slow down" else None,
+        grow_radius=0.5 if grow else 0.0,
+        disturbance=0.3,
+        clearance=lambda x: (np.linalg.norm(x[:, None] - centers, axis=2) - radii).min(1),
+    )
+    seen = (np.linalg.norm(run.positions[:, None] - centers, axis=2) - radii).min() - radius
+    assert run.reached and 0.0 < run.clearance <= seen + 1e-12 and seen - run.clearance < 1e-3
+    assert run.clearance < 0.5  # the radius counts: without it the ball would seem 0.3 m further away

@@ -64,7 +64,8 @@ def check(
         else:
             certificate = certify(problem, motion)
         measures = measure(problem, motion)
-        summary = summarise(problem, motion, measures, certificate=certificate)
+        said = certificate.reasons[0] if certificate.reasons else ""
+        summary = summarise(problem, motion, measures, certificate=certificate, reason=said)
         data: dict[str, Any] = {
             "scene": problem.name,
             "trajectory": str(trajectory),

@@ -61,6 +61,8 @@ def look(J, C, L, F, B, K, S, V, G, P, T, X, M, par, top, reach, stop_time, N, I
             cz = T[k, 11] + T[k, 6] * B[k, 0] + T[k, 7] * B[k, 1] + T[k, 8] * B[k, 2]
             fast = motion(J, C, T, k, 0, cx, cy, cz, B[k, 3], top, reach)[0]
             pull = motion(J, C, T, k, 0, cx, cy, cz, B[k, 3], M[3], 0.0)[0]
+            for i in range(F[k, 0], F[k, 1]):
+                X[i, 7] = -1.0  # a bound of its own speed, once it is asked for
             for j in range(S.shape[0]):
                 need = par[MARGIN] + SLIDE + max(fast * reach + V[j] * stop_time, lookout(fast + V[j], pull, rate))
                 if S[j, 0] == HALF_SPACE:
@@ -78,6 +80,13 @@ def look(J, C, L, F, B, K, S, V, G, P, T, X, M, par, top, reach, stop_time, N, I
                         z = X[i, 2] + 0.5 * X[i, 5] - S[j, 3]
                         rough = math.sqrt(x * x + y * y + z * z) - S[j, 4] - K[i, 7]
                         if rough >= need and rough >= seen[0]:
+                            continue
+                        if X[i, 7] < 0.0:
+                            x, y, z = X[i, 0] + 0.5 * X[i, 3], X[i, 1] + 0.5 * X[i, 4], X[i, 2] + 0.5 * X[i, 5]
+                            X[i, 7] = motion(J, C, T, k, 0, x, y, z, K[i, 7] - K[i, 6], top, reach)[0]
+                        own = X[i, 7]
+                        close = max(own * reach + V[j] * stop_time, lookout(own + V[j], pull, rate))
+                        if rough >= par[MARGIN] + SLIDE + close and rough >= seen[0]:
                             continue
                     d, t, nx, ny, nz = segment_distance(S, j, X[i, 0], X[i, 1], X[i, 2], X[i, 3], X[i, 4], X[i, 5])
                     d -= K[i, 6]
@@ -184,6 +193,8 @@ def project(u, A, b, rows, M, lo, hi, lam, nu, sweeps):
                 s += A[r, c] * u[c]
             if g > TINY:
                 for level in range(3):
+                    if level > 0 and b[r, 2 + level] == b[r, 1 + level]:
+                        continue
                     give = (1e-4, 0.02, 0.3)[level]
                     old = lam[r, level]
                     new = max(0.0, old + (b[r, 2 + level] - s - give * g * old) / ((1.0 + give) * g))
@@ -240,18 +251,18 @@ def step_into(J, C, L, K, F, B, S, V, E, G, P, M, par, goal, posture, tool, q, b
         J, C, L, F, B, K, S, V, G, P, T, X, M, par, top, longest, latest + h, N, I, A, b, out[n + 1 : n + 7]
     )
     error, angle = wanted(J, C, T, par, goal, posture, tool, q, M, Jt, H, base)
-    away = False
-    for r in range(rows):
+    away, found, rows = False, rows, 0
+    for r in range(found):
         p, speed = int(b[r, 2]), b[r, 1]
         i, j, stop = I[p, 0], I[p, 1], I[p, 3]
         bend = motion(J, C, T, L[i], stop, N[p, 1], N[p, 2], N[p, 3], 0.0, before, reach)[1]
         if j >= 0:
-            bend += motion(J, C, T, L[j], stop, N[p, 1], N[p, 2], N[p, 3], N[p, 0] + K[i, 6] + K[j, 6], before, reach)[
-                1
-            ]
-        brake = 1e-3
+            gap = N[p, 0] + K[i, 6] + K[j, 6]
+            bend += motion(J, C, T, L[j], stop, N[p, 1], N[p, 2], N[p, 3], gap, before, reach)[1]
+        brake, most = 1e-3, 1e-9
         for c in range(n):
             brake += 0.5 * abs(A[r, c]) * M[3, c]
+            most += abs(A[r, c]) * top[c]
         # room to slide along: the curved part of the way at this speed, and a little more
         room = b[r, 0] - SLIDE - 0.5 * bend * reach * reach
         calm = closing_speed(room, brake, par[RATE])  # what a body at rest would allow
@@ -266,10 +277,14 @@ def step_into(J, C, L, K, F, B, S, V, E, G, P, M, par, goal, posture, tool, q, b
             closing = -bend * reach if b[r, 0] < speed * time else 0.0
         if speed > 0.0:
             calm = max(calm, par[RETREAT] * room)
-        b[r, 2] = -closing
-        b[r, 3] = max(coming - calm, -closing)  # from what it is seen to do
-        b[r, 4] = max(speed - calm, b[r, 3])  # from what it may do
         away = away or (speed - calm > 0.0 and (speed > 0.0 or b[r, 0] < 0.0))
+        seen_to_do = max(coming - calm, -closing)
+        might_do = max(speed - calm, seen_to_do)
+        if might_do > -most:  # else no velocity within reach breaks it
+            b[rows, 2], b[rows, 3], b[rows, 4] = -closing, seen_to_do, might_do
+            for c in range(n):
+                A[rows, c] = A[r, c]
+            rows += 1
     reason = STOPPING
     sure = False
     if count >= 0:
