@@ -101,7 +101,9 @@ def cbfpy(goal, stars, alpha=1.0):
         f = goal - x
         u = f / max(np.linalg.norm(f), 1e-12)
         _, r, edge, normal = outline(stars, x)
-        return np.asarray(filtered(x, u, np.concatenate([normal, (r / edge - 1.0)[:, None], np.tile(x, (len(r), 1))], axis=1)))
+        return np.asarray(
+            filtered(x, u, np.concatenate([normal, (r / edge - 1.0)[:, None], np.tile(x, (len(r), 1))], axis=1))
+        )
 
     return velocity
 

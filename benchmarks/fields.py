@@ -3,7 +3,7 @@
 
 python benchmarks/fields.py speed
 python benchmarks/fields.py worlds [N [FAMILY]] N worlds a family (1000), every sampling period from 0.01 to 1 in turn
-python benchmarks/fields.py peers [N]           N worlds a family (50) for ours, the plain-numpy references and, if installed, cbfpy
+python benchmarks/fields.py peers [N [FAMILY]]  N worlds a family (50) for ours, the plain-numpy references and, if installed, cbfpy
 python benchmarks/fields.py tracking [N]        N worlds (60), periods 1, 5, 20, 50 ms, |u| <= 4, disturbance 0.3
 """
 
@@ -152,10 +152,10 @@ def worlds(count, families=FAMILIES):
         )
 
 
-def peers(count):
+def peers(count, families=("discs", "balls", "flat-ellipses", "lobed-stars", "plates")):
     print("| family | method | reached | touched | path / straight | median clearance, m | us an evaluation |")
     print("|---|---|---|---|---|---|---|")
-    for family in ("discs", "balls", "flat-ellipses", "lobed-stars", "plates"):
+    for family in families:
         methods = {"ours": None, "modulation": modulation, "cbf": cbf}
         if importlib.util.find_spec("cbfpy"):
             methods["cbfpy"] = cbfpy
@@ -177,7 +177,9 @@ def peers(count):
                     spent, evaluations = spent + time.perf_counter() - t, evaluations + len(path.points)
                 else:
                     f = make(world.goal, stars)
-                    ok, hit, length, least, used = simulate(f, world.start, world.goal, stars, unit=not name.startswith("cbf"))
+                    ok, hit, length, least, used = simulate(
+                        f, world.start, world.goal, stars, unit=not name.startswith("cbf")
+                    )
                     t = time.perf_counter()
                     for _ in range(20):
                         f(world.start)
@@ -233,5 +235,5 @@ if __name__ == "__main__":
     heading("scipy")
     what = sys.argv[1] if len(sys.argv) > 1 else "speed"
     count = [int(a) for a in sys.argv[2:3]]
-    {"speed": lambda: speed(), "worlds": lambda: worlds(*(count or [1000]), sys.argv[3:] or FAMILIES), "peers": lambda: peers(*(count or [50])),
+    {"speed": lambda: speed(), "worlds": lambda: worlds(*(count or [1000]), sys.argv[3:] or FAMILIES), "peers": lambda: peers(*(count or [50]), *([sys.argv[3:]] if sys.argv[3:] else [])),
      "tracking": lambda: tracking(*(count or [60]))}[what]()  # fmt: skip

@@ -60,3 +60,19 @@ if __name__ == "__main__":
             f"R^3, D = {D}: least distance with the printed charge {row[0]:+.4f}, with the planar field {row[1]:+.4f}"
         )
         assert row[1] > -1e-6 and (row[0] < -1e-3) == (D < 1.07)
+    # the goal inside the ball (D < R): the antipode is no longer the worst place, the planar charge R / (R + D) is not safe
+    pull = worst_pull(0.5, 2.0)
+    print(f"goal inside (D = R / 2): the pull is up to {pull:.3f}, the charge {1 / 1.5:.3f}")
+    assert pull > 1.9
+    # safety and progress together: the least safe charge may not exceed the largest one with progress, (1 + rho)^(1 - n)
+    for n in (3, 4, 5, 6):
+        rho = np.linspace(1.0005, 2.0, 5_000)
+        both = (
+            [r for r in np.linspace(1.5, 3.0, 301) if worst_pull(r, n, 2001) <= (1.0 + r) ** (1 - n) * (1.0 + 1e-6)]
+            if n == 3
+            else None
+        )
+        none = [r for r in rho if closed_form(r, n) >= 1.0]
+        limit = np.sqrt(1.0 + (n - 2) * n ** (-n / (n - 2)))
+        print(f"R^{n}: no charge below 1 is safe for D < {max(none):.4f} R ({limit:.4f})")
+        assert abs(max(none) - limit) < 1e-3 and (both is None or abs(min(both) - 2.0) < 0.02)

@@ -126,7 +126,9 @@ def picture(folder):
     space.plot(*path.points.T, color="#d1495b", linewidth=2)
     space.plot(*path.points[0][:, None], "s", color="#d1495b", markersize=6)
     space.plot(*path.points[-1][:, None], "*", color="#0b6e4f", markersize=13)
-    space.set_box_aspect([np.ptp(limits) for limits in (space.get_xlim(), space.get_ylim(), space.get_zlim())], zoom=0.85)
+    space.set_box_aspect(
+        [np.ptp(limits) for limits in (space.get_xlim(), space.get_ylim(), space.get_zlim())], zoom=0.85
+    )
     space.set(
         xlabel=r"$\theta_1$ [rad]", ylabel=r"$\theta_2$ [rad]", zlabel=r"$\theta_3$ [rad]", title="configuration space"
     )

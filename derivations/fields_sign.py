@@ -17,3 +17,16 @@ if __name__ == "__main__":
             f"R^{n}: |(6) - E| = {np.linalg.norm(printed - descent):.3f}, |(6) + E| = {np.linalg.norm(printed + descent):.1e}"
         )
         assert np.linalg.norm(printed + descent) < 1e-8
+    # [Humanoid] (21) for n = 2 prints q ln(q / r): for the goal, q = -1, the logarithm of a negative number
+    with np.errstate(invalid="ignore"):
+        printed = -1.0 * np.log(-1.0 / 2.0)
+    print(f"[Humanoid] (21), q = -1, r = 2: printed {printed}, q ln(1 / r) = {-np.log(0.5):.3f}")
+    assert np.isnan(printed)
+    # no operation plane: S, x and g on one line, and a motion in R^5 that stays in the plane of its three points
+    g, S, x = np.zeros(5), 2.0 * np.eye(5)[0], 5.0 * np.eye(5)[0] + 0.3 * np.eye(5)[3]
+    for _ in range(2000):
+        y = x - S
+        e = -(x - g) / (x @ x) + (y / (y @ y)) / 3.0
+        x = x + 0.002 * e / np.linalg.norm(e)
+    print(f"R^5: after 4 m off the plane of x, S, g by {np.abs(x[[1, 2, 4]]).max():.1e} m, no plane constructed")
+    assert np.abs(x[[1, 2, 4]]).max() < 1e-12

@@ -35,9 +35,7 @@ def test_a_mesh_file_is_a_star_with_its_slack_stated(tmp_path, ending):
 
     solid = trimesh.creation.icosphere(2, 0.8).slice_plane([0, 0, -0.2], [0, 0, 1], cap=True)
     solid.export(tmp_path / f"rock.{ending}")
-    problem = scene(
-        tmp_path, f"  - {{type: mesh, file: rock.{ending}, name: rock, position: [0.2, 0, 0], scale: 1.5}}"
-    )
+    problem = scene(tmp_path, f"  - {{type: mesh, file: rock.{ending}, name: rock, position: [0.2, 0, 0], scale: 1.5}}")
     field = HarmonicField(problem.goal.position, problem.obstacles, margin=0.11)
     (star,) = field.stars
     assert any(note.startswith("rock: enclosed with at most") for note in field.notes)
@@ -78,7 +76,9 @@ def test_a_hollow_mesh_says_that_its_hull_is_used(tmp_path):
 
 
 def test_scenes_know_the_names_of_the_layers_above():
-    kinds = {name: get_args(get_args(_schema.FieldFields.model_fields[name].annotation)[0]) for name in ("rule", "blending")}
+    kinds = {
+        name: get_args(get_args(_schema.FieldFields.model_fields[name].annotation)[0]) for name in ("rule", "blending")
+    }
     assert kinds == {"rule": _options.RULES, "blending": _options.BLENDINGS}
     for rule in _options.RULES:
         HarmonicField([0.0, 0.0], ([[4.0, 0.0]], [1.0]), rule=rule)

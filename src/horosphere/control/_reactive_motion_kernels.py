@@ -41,7 +41,7 @@ def closing_speed(room, brake, rate):
 @inner
 def lookout(speed, pull, rate):
     """Metres within which bodies that close at up to `speed` are taken into account; `pull`: the largest acceleration."""
-    return speed / rate + speed * speed / max(0.5 * pull, 0.1)
+    return speed / rate + speed * speed / max(pull, 0.2)
 
 
 @inner

@@ -84,8 +84,8 @@ def track(
 
     `direction`(x) -> (n,); `period` s between control instants, the input being held in between and the plant integrated in
     `substeps` with the `disturbance`: a size in m/s^2 (turning slowly) or w(t, x) -> (n,). `clearance`(x (b, n)) -> (b,) m, of the
-    centre, is recorded less the robot's radius. `grow_radius` > 0 is [Rn]'s second heuristic: direction(x, extra) is asked for zones grown by
-    extra = grow_radius x the speed of approach (s times m/s). Reached: within `tolerance` m of the goal.
+    centre, is recorded less the robot's radius. `grow_radius` > 0 is [Rn]'s second heuristic: direction(x, extra) is asked for
+    zones grown by extra = grow_radius x the speed of approach (s times m/s). Reached: within `tolerance` m of the goal.
     Raises InputError for numbers out of range; what happens in the run is a value. Source: [Rn] 2.2; implicit law: docs/fields.md.
     """
     x = float_array(start, "start", ndim=1).copy()

@@ -97,22 +97,22 @@ def walk(points, out, table, walls, general, settings, d, inward, mu, chosen):
                         h = 0.5 + 0.5 * lead / gap
                         mu[a] *= h * h * h * (10.0 + h * (6.0 * h - 15.0))
                 total += mu[a]
-        if general is not None:  # projection on the simplex: leave out what lies above the threshold
-            if used > 1 and blend < 2.0:
-                kept, last, threshold = used + 1, 0, np.inf
-                while kept != last:
-                    last = kept
-                    kept, excess = 0, 1.0
-                    for a in range(used):
-                        mu[a] = 0.0
-                        if d[chosen[a]] > least:
-                            mu[a] = (d[chosen[a]] - least) / boundary
-                        if mu[a] < threshold:
-                            excess += mu[a]
-                            kept += 1
-                    threshold = excess / kept
+        # projection on the simplex: leave out what lies above the threshold
+        if general is not None and used > 1 and blend < 2.0:
+            kept, last, threshold = used + 1, 0, np.inf
+            while kept != last:
+                last = kept
+                kept, excess = 0, 1.0
                 for a in range(used):
-                    mu[a] = max(threshold - mu[a], 0.0)
+                    mu[a] = 0.0
+                    if d[chosen[a]] > least:
+                        mu[a] = (d[chosen[a]] - least) / boundary
+                    if mu[a] < threshold:
+                        excess += mu[a]
+                        kept += 1
+                threshold = excess / kept
+            for a in range(used):
+                mu[a] = max(threshold - mu[a], 0.0)
         away2 = 0.0
         for k in range(n):
             out[row, k] = -points[b, k]
@@ -160,9 +160,12 @@ def walk(points, out, table, walls, general, settings, d, inward, mu, chosen):
             elif m > 0:
                 # the unstable ray: the nearest ball hides the goal exactly and the field points along the ray, or is zero
                 middle, far = d[near] + table[n, near], table[n + 3, near]
-                if (far - away + middle) * (far + away - middle) < 1e-8 * away * middle and middle <= away:
-                    if toward > (1.0 - 5e-9) * away * size or inward[near] <= 0.0:
-                        settings[CODE], settings[NEAR] = RAY, near
+                if (
+                    (far - away + middle) * (far + away - middle) < 1e-8 * away * middle
+                    and middle <= away
+                    and (toward > (1.0 - 5e-9) * away * size or inward[near] <= 0.0)
+                ):
+                    settings[CODE], settings[NEAR] = RAY, near
             if settings[CODE] != STEP_LIMIT or b + 1 == points.shape[0]:
                 return b + 1
             length = step

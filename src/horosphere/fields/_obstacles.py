@@ -148,7 +148,9 @@ def _mesh(zones: Zones, item: Any, name: str) -> None:
     star = convex_hull(item.vertices, name=name)
     hollow = _hull_volume(item.vertices) - _volume(item.vertices, item.faces)
     if hollow > 1e-6 * star.outer**3:
-        zones.notes.append(f"{name}: the mesh is not convex, its convex hull (with {hollow:.3g} m^3 more) stands for it")
+        zones.notes.append(
+            f"{name}: the mesh is not convex, its convex hull (with {hollow:.3g} m^3 more) stands for it"
+        )
     zones.add_star(star, name)
 
 

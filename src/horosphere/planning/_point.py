@@ -9,7 +9,7 @@ from ..control import PointMass, SlidingMode, SpeedProfile, track
 from ..errors import InputError
 from ..fields import HarmonicField, Path
 from ..robots import Limits
-from ..scenes import ControlOptions, PointRobot, PositionTarget, Scene
+from ..scenes import ControlOptions, HeadingTarget, PointRobot, PositionTarget, Scene
 from ._plan import Plan, Progress
 from ._timing import timed_path
 from ._tool_path import evenly
@@ -95,6 +95,7 @@ def tracking_notes(scene: Scene, robot: PointRobot, field: HarmonicField, path: 
 def harmonic_field(scene: Scene, margin: float) -> HarmonicField:
     """The field of a scene for a point that keeps `margin` metres from every obstacle."""
     goal, options = scene.goal, scene.field
+    assert isinstance(goal, (PositionTarget, HeadingTarget))
     return HarmonicField(
         goal.position,
         scene.obstacles,

@@ -348,9 +348,7 @@ class OptionFields(Section):
 class FieldFields(Section):
     rule: Literal["planar-log", "planar", "equilibrium", "safe", "monotone", "printed"] | None = None
     boundary: Positive | None = None
-    blending: (
-        Literal["W1", "W2", "nearest", "simplex", "smooth", "sum", "printed", "printed-potential"] | None
-    ) = None
+    blending: Literal["W1", "W2", "nearest", "simplex", "smooth", "sum", "printed", "printed-potential"] | None = None
     exponents: Numbers | None = None
     sensor_range: Positive | None = None
 

@@ -62,6 +62,7 @@ def serpenoid(
         return np.array([speed * np.cos(heading), speed * np.sin(heading), rate, 0.0])
 
     period = length / speed
+    inputs.x = period * np.arange(periods + 1)  # type: ignore[attr-defined]  # knots: a step ends where a period does
     motion = snake.simulate(q, inputs, periods * period, tolerance=1e-9)
     return Gait(motion, period, _per_period(motion, period, periods), 1.0, motion.reason)
 

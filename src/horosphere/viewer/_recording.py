@@ -148,6 +148,9 @@ def draw(server: Any, scene: Scene, q: Floats, path: Floats | None) -> list[tupl
             for m, solid in enumerate(part.solids):
                 _mesh(api, f"/start posture/{part.name}/{m + 1}", solid, (150, 150, 150), opacity=0.15)
             _set(ghost, part.poses[0])
+    if scene.dimension == 2:  # seen from above, a long way needs less distance than a square of its length
+        half = np.abs(np.concatenate([reach, *(s[0] for s in solids.values() if s is not None)]) - center).max(axis=0)
+        extent = min(extent, 1.1 * float(max(half[0] / 1.6, half[1])))
     _camera(server, scene, up, center, extent)
     pose(server, moving, 0)
     return moving
