@@ -2,7 +2,7 @@
 
 python benchmarks/snake.py model
 python benchmarks/snake.py growth
-python benchmarks/snake.py steer [M]         M problems (40) for each number of links, |dq| from 0.01 to 1
+python benchmarks/snake.py steer [M] [SEED]  M problems (40) for each number of links, |dq| log-uniform from 0.01 to 1
 python benchmarks/snake.py navigate [M]      M random worlds (100), 6 links, 8 discs in 60 m x 40 m
 """
 
@@ -89,11 +89,13 @@ def growth() -> None:
         print(f"{N:3d} {snake.growth(q).vector!s:36s} {row[0]:>16s} {row[1]:>16s} {row[2]:>16s}")
 
 
-def steer(count: int) -> None:
-    for links in range(5, 9):
-        snake, rng = Snake(links), np.random.default_rng(100 + links)
+def steer(count: int, first: int) -> None:
+    for links in range(5, 10):
+        snake = Snake(links)
         seconds, lengths, errors, failures = [], [], [], Counter()
-        for distance in np.geomspace(0.01, 1.0, count):
+        for index in range(count):
+            rng = np.random.default_rng(first + 1000 * links + index)
+            distance = 10.0 ** rng.uniform(-2.0, 0.0)
             q0 = np.concatenate([rng.uniform(-1, 1, 3), rng.uniform(-1.2, 1.2, links - 1)])
             way = rng.normal(size=snake.n)
             started = time.perf_counter()
@@ -165,7 +167,7 @@ if __name__ == "__main__":
     elif what == "growth":
         growth()
     elif what == "steer":
-        steer(number or 40)
+        steer(number or 40, int(sys.argv[3]) if len(sys.argv) > 3 else 9000)
     elif what == "navigate":
         navigate(number or 100)
     else:

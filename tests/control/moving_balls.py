@@ -88,7 +88,8 @@ def fastest_retreat(loop, q, row, others, ahead=0.2, careful=0.0):
     low = np.minimum(np.maximum(-limits[2], (limits[0] - q) / ahead), 0.0)
     high = np.maximum(np.minimum(limits[2], (limits[1] - q) / ahead), 0.0)
     A = np.array([-slope for _, _, slope in others]) if others else None
-    rooms = [0.0 if d < careful else max(d, 0.0) / ahead - closing for d, closing, _ in others]
+    rooms = [max(d, 0.0) / ahead - closing for d, closing, _ in others]
+    rooms = [min(room, 0.0) if d < careful else room for room, (d, _, _) in zip(rooms, others)]
     b = np.array(rooms) if others else None
     solution = linprog(-row, A_ub=A, b_ub=b, bounds=np.column_stack([low, high]))
     return float(-solution.fun) if solution.status == 0 else -np.inf  # squeezed: nothing helps

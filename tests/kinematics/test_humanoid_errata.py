@@ -81,7 +81,7 @@ def test_step_3_the_plane_of_the_shoulder():
 
 def test_step_4_the_gripper_line():
     l_2, printed, corrected = up(P1) ^ up(P2) ^ ei, up(P2) ^ up(P1) ^ ei, up(P2) ^ up(PT) ^ ei
-    cosine = lambda a, b: float((a | b).scalar_part) / np.sqrt(float((a | a).scalar_part * (b | b).scalar_part))  # noqa: E731
+    cosine = lambda a, b: float((a | b).scalar_part) / np.sqrt(float((a | a).scalar_part * (b | b).scalar_part))
     assert cosine(printed, l_2) == pytest.approx(-1.0)  # as printed, cos theta5 = -1 in every posture
     assert cosine(corrected, l_2) == pytest.approx(np.cos(Q[4]))
     l_1 = up(P0) ^ up(P1) ^ ei

@@ -11,9 +11,9 @@ from typing import Any
 class Violation:
     """One thing that a motion breaks, at its first moment.
 
-    `kind`: obstacle, self, limit, velocity, workspace, start or goal; `time` s (None where the motion has no times); `segment`,
-    `fraction`: between waypoints `segment` and `segment + 1`; `subject`: link, joint or robot; `other`: obstacle, link or limit;
-    `value` against `limit` in SI units.
+    `kind`: obstacle, self, model (no body to check), limit, velocity, workspace, start or goal; `time` s (None where the
+    motion has no times); `segment`, `fraction`: between waypoints `segment` and `segment + 1`; `subject`: link, joint or
+    robot; `other`: obstacle, link or limit; `value` against `limit` in SI units.
     """
 
     kind: str
@@ -28,10 +28,13 @@ class Violation:
     def __str__(self) -> str:
         when = f"at {self.time:.4f} s" if self.time is not None else f"at waypoint {self.segment + self.fraction:.4f}"
         if self.kind in ("obstacle", "self"):
-            return f"{self.subject} comes within {self.value:.6f} m of {self.other} (required: {self.limit:g} m) {when}"
+            return f"{self.subject} comes nearer to {self.other} than the required {1e3 * self.limit:g} mm {when}"
+        if self.kind == "model":
+            return f"{self.subject} has no collision body that moves: nothing was checked against the obstacles"
         if self.kind in ("start", "goal"):
             return f"{self.kind} missed: {self.other} {self.value:.3g} (allowed: {self.limit:g})"
-        return f"{self.subject} is at {self.value:.6g}, beyond its {self.other} {self.limit:.6g}, {when}"
+        has = f"moves at {self.value:.6g} per second" if self.kind == "velocity" else f"is at {self.value:.6g}"
+        return f"{self.subject} {has}, beyond its {self.other} {self.limit:.6g}, {when}"
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..distance import pack_robot
 from ..errors import InputError
 from ..numeric import float_array
 from ..robots import Robot
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 LIMIT_TOLERANCE = 1e-9
 SPEED_TOLERANCE = 1e-6
+_CONTACTS = ("obstacle", "self", "model")
 
 
 def certify(scene: Scene, trajectory: Trajectory | Any, *, max_evaluations: int = 200_000) -> Certificate:
@@ -74,7 +76,11 @@ class _Arm:
         limits_ok, velocities_ok = self.limits(), self.velocities()
         start = self.arrival("start", 0, options.goal_tolerance, options.angle_tolerance)
         goal = self.arrival("goal", -1, options.goal_tolerance, options.angle_tolerance)
-        violations = sorted(self.violations, key=lambda v: (v.segment + v.fraction, v.kind == "goal"))
+        self.model()
+        # contacts first: they matter most, whenever they happen
+        violations = sorted(
+            self.violations, key=lambda v: (v.kind not in _CONTACTS, v.segment + v.fraction, v.kind == "goal")
+        )
         certified = not violations and not self.unresolved and outer.holds and inner.holds
         nearest = "nothing to touch"
         if outer.nearest is not None:
@@ -101,6 +107,14 @@ class _Arm:
             evaluations=outer.evaluations + inner.evaluations,
             slack=max(outer.slack, inner.slack),
         )
+
+    def model(self) -> None:
+        """A robot without a body that moves clears everything; that proves nothing."""
+        assert isinstance(self.robot, Robot)
+        if self.scene.obstacles and not (pack_robot(self.robot).frames > 0).any():
+            self.violations.append(
+                Violation("model", self.robot.name, "obstacles", 0.0, 0.0, 0, 0.0, self.time(0, 0.0))
+            )
 
     def clearance(self, kind: str, margin: float, budget: int) -> ClearanceBound:
         assert isinstance(self.robot, Robot)

@@ -65,6 +65,7 @@ def robot(
         Print everything as JSON.
     """
     from .. import robots
+    from ..kinematics import classify
 
     with out.working("reading the robot"):
         options: dict[str, Any] = {"base": base, "tip": tip, "link_radius": link_radius, "srdf": srdf, "group": group}
@@ -77,16 +78,23 @@ def robot(
             output_folder(out_file.parent)
             robots.save(loaded, out_file)
             data["written"] = str(out_file)
+    structure = classify(loaded)
+    data["inverse_kinematics"] = {
+        "name": structure.name,
+        "branches": structure.branches,
+        "parameter": structure.parameter,
+        "reasons": structure.reasons,
+        "near_misses": structure.near_misses,
+    }
     if json:
         out.print_json(data)
         return out.DONE
-    form = data["closed_form"]
     bodies = data["collision"]["bodies"]
     rows = [
         ("Robot", f"{data['name']}, {len(data['joints'])} joints"),
         ("Source", data["source"]),
         ("Chain", " > ".join(data["chain"])),
-        ("Inverse kinematics", f"closed form, {form['name']}" if form else "numerical"),
+        ("Inverse kinematics", f"closed form, {structure}" if structure.is_closed_form else str(structure)),
         ("Collision model", f"{len(bodies)} bodies on {', '.join(data['collision']['links'])}" if bodies else "NONE"),
         ("Self-collision", _pair_counts(data["collision"]["pairs"], len(data["collision"]["self_pairs"]))),
     ]

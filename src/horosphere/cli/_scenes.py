@@ -15,6 +15,7 @@ def scenes(
     /,
     *,
     out_file: Annotated[Path | None, Parameter(name="--out")] = None,
+    force: bool = False,
     json: bool = False,
 ) -> int:
     """Lists the built-in scenes, or prints or copies out one of them.
@@ -27,9 +28,12 @@ def scenes(
         A built-in scene; without it all of them are listed.
     out_file
         Where to copy it; printed without.
+    force
+        Write over a file that exists.
     json
         Print as JSON.
     """
+    from ..errors import InputError
     from ..scenes import library_path, names
     from ..scenes._yaml import read_yaml
 
@@ -45,6 +49,8 @@ def scenes(
         return out.DONE
     text = library_path(name).read_text(encoding="utf-8")
     if out_file is not None:
+        if out_file.exists() and not force:
+            raise InputError("the file exists already", place=str(out_file), remedy="another name, or --force")
         from ..io import output_folder, writing
 
         output_folder(out_file.parent)

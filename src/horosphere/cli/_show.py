@@ -33,11 +33,14 @@ def show(
     json
         Print the address as JSON.
     """
+    from ..errors import InputError
     from ..io import load_trajectory
     from ..scenes import Scene
     from ..viewer import LiveView
     from ._check import ordered
 
+    if port is not None and not 0 <= port <= 65535:
+        raise InputError(f"expected a port in 0 .. 65535, got {port}", place="--port")
     with out.working("reading the scene"):
         problem = Scene.load(scene)
         motion = None if trajectory is None else ordered(problem, load_trajectory(trajectory), str(trajectory))

@@ -274,7 +274,7 @@ def step_into(J, C, L, K, F, B, S, V, E, G, P, M, par, goal, posture, tool, q, b
         if room > 0.0:
             closing = min(closing, (0.9 * room - speed * time) / reach)
         if closing < 0.0:  # it has to part from what may be there before it rests
-            closing = -bend * reach if b[r, 0] < speed * time else 0.0
+            closing = -bend * reach - 0.02 * most if b[r, 0] < speed * time else 0.0
         if speed > 0.0:
             calm = max(calm, par[RETREAT] * room)
         away = away or (speed - calm > 0.0 and (speed > 0.0 or b[r, 0] < 0.0))
@@ -289,15 +289,16 @@ def step_into(J, C, L, K, F, B, S, V, E, G, P, M, par, goal, posture, tool, q, b
     sure = False
     if count >= 0:
         for attempt in range(5):
-            if attempt == 0 or attempt == 2:
+            if attempt % 2 == 0:
                 ramp = 1.0 if attempt == 0 else 0.0
+                sweeps = int(par[SWEEPS]) * ((4 if away else 1) if attempt < 4 else 40)
                 for c in range(n):  # as far towards it as the acceleration allows, in a straight line
                     if abs(base[c] - before[c]) * ramp > M[3, c] * h:
                         ramp = M[3, c] * h / abs(base[c] - before[c])
                 for c in range(n):
                     u[c] = before[c] + ramp * (base[c] - before[c]) if attempt == 0 else fallback[c]
-                project(u, A, b, rows, M, lo, hi, lam, nu, int(par[SWEEPS]) * (4 if away else 1))
-            share = (1.0, 0.3, 1.0, 0.5, 0.2)[attempt]
+                project(u, A, b, rows, M, lo, hi, lam, nu, sweeps)
+            share = (1.0, 0.3, 1.0, 0.5, 1.0)[attempt]
             for c in range(n):
                 trial[c] = fallback[c] + share * (u[c] - fallback[c])
             if proved(J, C, L, K, T, X, W, N, I, count, M, par, q, trial):

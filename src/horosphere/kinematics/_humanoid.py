@@ -129,7 +129,7 @@ def plane_residual(arm: Floats, q: Floats, pt: Floats, p2: Floats) -> Floats:
     two).
     """
     wrist, tip = wrist_and_tip(arm, q)
-    off = lambda x, y: np.sqrt(((x - y[..., None, :]) ** 2).sum(axis=-1))  # noqa: E731
+    off = lambda x, y: np.sqrt(((x - y[..., None, :]) ** 2).sum(axis=-1))
     return np.maximum(off(tip, pt), off(wrist, p2))
 
 

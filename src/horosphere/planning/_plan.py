@@ -7,6 +7,7 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -64,13 +65,15 @@ class Progress:
             self.notes.append(text)
 
 
-def plan(scene: Scene, **options: Any) -> Plan:
-    """Move the robot of `scene` from its start to its goal without touching anything.
+def plan(scene: Scene | str | Path, **options: Any) -> Plan:
+    """Move the robot of `scene` (or of a scene file, or a built-in scene) from its start to its goal, touching nothing.
 
     `options` override fields of `scene.options` (clearance, path_step, method, seed, ...). A motion is returned only with
     a certificate that covers it at every instant; a problem that is not solved is a Plan with `solved` False and a reason.
     Raises InputError for an option that does not exist.
     """
+    if not isinstance(scene, Scene):
+        scene = Scene.load(scene)
     if options:
         names = [item.name for item in dataclasses.fields(Options)]
         for name in options:

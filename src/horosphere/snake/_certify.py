@@ -15,7 +15,7 @@ from ._world import Surroundings, bounded, self_distance
 
 Array = NDArray[np.float64]
 
-_SLIP = 0.02  # of a wheel's way: so far may waypoints that roll without slipping be apart
+_SLIP = 0.02  # of a link: how far a wheel may be dragged sideways in all, since waypoints lie apart
 _NEAR = 1e-3  # of start and goal, metres and rad
 NOT_CHECKED = (
     "neighbouring links share a joint and are not checked against each other; a snake scene has no input limits"
@@ -27,7 +27,7 @@ def certify_trajectory(scene: Scene, trajectory: Trajectory) -> Certificate:
 
     Between waypoints the absolute angles change linearly, so that a body point travels no further than joint 0 does plus the
     sum of l_i |d theta_i|: the clearance is at least half of (both clearances less that way), halved until it decides.
-    `reasons` says what wheels slip sideways, as part of their way. Raises InputError. Our derivation.
+    `reasons` says how far wheels slip sideways in all. Raises InputError. Our derivation.
     """
     snake, robot = snake_of(scene), scene.robot
     assert isinstance(robot, SnakeRobot)
@@ -66,13 +66,13 @@ def certify_trajectory(scene: Scene, trajectory: Trajectory) -> Certificate:
         reasons.append(f"the body's clearance is only certified to {found.clearance:.4g} m of {asked:g} m")
     if found.self_clearance < 0.0:
         reasons.append("links come too close to one another")
-    if slip > _SLIP:
-        reasons.append(f"a wheel slips sideways by {slip:.2g} of its way")
+    if slip > _SLIP * float(snake.lengths.min()):
+        reasons.append(f"a wheel slips sideways by {slip:.2g} m in all")
     for (metres, angle), name in ((start, "start"), (goal, "goal")):
         if max(metres, angle) > _NEAR:
             reasons.append(f"the {name} is missed by {metres:.3g} m, {angle:.3g} rad")
     good = not reasons
-    head = [f"wheels slip sideways by at most {slip:.2g} of their way between waypoints"] if slip <= _SLIP else []
+    head = [f"between the waypoints a wheel slips sideways by at most {slip:.2g} m in all"] if good else []
     return Certificate(
         certified=good,
         clearance=found.clearance,
@@ -112,9 +112,8 @@ def _travel(snake: Snake, q: Array) -> Array:
 
 
 def _slip(snake: Snake, q: Array) -> float:
-    """Largest sideways part of a wheel's way, among waypoints between which a wheel goes further than 1e-6 m."""
-    middle, change = 0.5 * (q[:-1] + q[1:]), np.diff(q, axis=0)
-    across = np.abs(np.einsum("kij,kj->ki", snake.pfaff(middle), change)).max(axis=1, initial=0.0)
-    way = np.linalg.norm(np.diff(snake.centres(q), axis=0)[:, 1:-1], axis=-1).max(axis=1, initial=0.0)
-    moved = way > 1e-6
-    return float((across[moved] / way[moved]).max(initial=0.0))
+    """How far a wheel is dragged sideways over the whole way, metres: the most of all wheels, by the middle of each step."""
+    if len(q) < 2:
+        return 0.0
+    across = np.einsum("kij,kj->ki", snake.pfaff(0.5 * (q[:-1] + q[1:])), np.diff(q, axis=0))
+    return float(np.abs(across).sum(axis=0).max(initial=0.0))

@@ -22,6 +22,7 @@ from ..numeric import wrap_angle
 from ._dubins import dubins
 from ._extended import two_to
 from ._motion import Motion
+from ._paths import STEP, resample, weave
 from ._world import SnakeCertificate, Surroundings, certify_motion
 
 if TYPE_CHECKING:
@@ -33,7 +34,6 @@ Array = NDArray[np.float64]
 _GATES = ((1.0, 0.0), (0.5, 0.0), (0.0, 0.0), (1.0, 0.5), (1.0, -0.5), (1.0, 1.0), (1.0, -1.0))
 _SINGULAR = 0.02  # singularity measure below which a posture counts as near singular
 _WAVE = 0.3  # amplitude of the wave of itself, in mean link lengths: headings swing by about 0.3 rad
-_STEP = 0.05  # of the mean link length: between points of the path
 
 
 @dataclass(frozen=True, slots=True)
@@ -152,7 +152,7 @@ def _one_plan(
     margin: float,
 ) -> Navigation:
     size = float(snake.lengths.mean())
-    step = _STEP * size
+    step = STEP * size
     required = 0.5 * settings.width + settings.clearance
     joints0, joints1 = snake.joints(start), snake.joints(goal)
     begin = joints0[1]
@@ -178,12 +178,10 @@ def _one_plan(
         reason = f"path: no curve of radius {radius:g} m leads free into the gate"
     if approach is None:
         return _failed("path", reason, None if line is None else line[:, :2])
-    path = _resample(np.concatenate([approach[:, :2], _along_body(gate, way, body, step)]), step)
+    path = resample(np.concatenate([approach[:, :2], _along_body(gate, way, body, step)]), step)
     if settings.weave:
         where = np.ones(len(path))
-        return _follow(
-            snake, start, goal, around, settings, _weave(path, around, settings.weave, where, size, required)
-        )
+        return _follow(snake, start, goal, around, settings, weave(path, around, settings.weave, where, size, required))
     plain = _follow(snake, start, goal, around, settings, path)
     if settings.weave is None and plain.solved and snake.links > 4:
         return _woven(snake, start, goal, around, settings, path, plain)
@@ -206,7 +204,7 @@ def _woven(
     if before < 0.05:
         return plain
     required = 0.5 * settings.width + settings.clearance
-    wave = _weave(path, around, _WAVE * size, np.asarray(way < _SINGULAR, np.float64), size, required)
+    wave = weave(path, around, _WAVE * size, np.asarray(way < _SINGULAR, np.float64), size, required)
     other = _follow(snake, start, goal, around, settings, wave)
     after = float(np.mean(_along(snake, other, wave) < _SINGULAR)) if other.solved else 1.0
     if after > 0.8 * before:
@@ -313,30 +311,6 @@ def _along_body(gate: Array, enter: Array, body: Array, step: float) -> Array:
     ends: Any = ((1, enter), (2, np.zeros(2)))
     spline = CubicSpline(s, knots, bc_type=ends)
     return spline(np.linspace(0.0, s[-1], max(2, int(np.ceil(s[-1] / step)))))[1:]
-
-
-def _resample(points: Array, step: float) -> Array:
-    gaps = np.linalg.norm(np.diff(points, axis=0), axis=1)
-    keep = np.concatenate([[True], gaps > 1e-9])
-    points = points[keep]
-    s = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
-    at = np.linspace(0.0, s[-1], max(2, int(np.ceil(s[-1] / step)) + 1))
-    return np.stack([np.interp(at, s, points[:, 0]), np.interp(at, s, points[:, 1])], axis=1)
-
-
-def _weave(path: Array, around: Surroundings, amplitude: float, where: Array, size: float, required: float) -> Array:
-    """The path with a wave across it `where` (k,) is 1, faded out at both ends and where there is no room for it."""
-    length, step = 6.0 * size, _STEP * size
-    s = np.arange(len(path)) * step
-    tangent = np.gradient(path, axis=0)
-    tangent /= np.linalg.norm(tangent, axis=1, keepdims=True)
-    room = np.clip((around.of_points(path) - required - amplitude) / amplitude, 0.0, 1.0)
-    window = np.minimum(np.clip(s / length, 0.0, 1.0), np.clip((s[-1] - s) / length - 0.5, 0.0, 1.0))
-    wide = max(1, int(0.5 * length / step))
-    room *= where
-    room = np.convolve(np.pad(room, wide, mode="edge"), np.full(2 * wide + 1, 1.0 / (2 * wide + 1)), mode="valid")
-    offset = amplitude * room * window * np.sin(2.0 * np.pi * s / length)
-    return _resample(path + offset[:, None] * np.stack([-tangent[:, 1], tangent[:, 0]], axis=1), step)
 
 
 def _drive(snake: Snake, start: Array, goal: Array, path: Array, speed: float) -> tuple[Array, Array]:

@@ -22,6 +22,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..errors import InputError
 from ..numeric import wrap_angle
 from ._extended import extended_angles, two_to
+from ._returns import out_and_back
 from ._singular import fold_joints
 
 if TYPE_CHECKING:
@@ -33,7 +34,6 @@ Array = NDArray[np.float64]
 _CLOSE = 1e-11
 _FINEST = 4e-3
 _LOOK_ON = 3  # starting paths still tried for a less sensitive motion once one is exact to half the tolerance
-_REACHES = (0.5, 0.7, 0.4, 0.6, 1.0, 0.4, 0.85)  # length of the way out over the length of the wheeled body
 
 
 @dataclass(frozen=True, slots=True)
@@ -341,7 +341,7 @@ def _one_leg(
     best = _Leg(None, np.inf, 0, None)
     tries = since = 0
     while best.error > 0.3 * tolerance and tries < settings.tries and since < _LOOK_ON:
-        path = _out_and_back(search.first, settings.segments, settings.skip + tries, body, rng)
+        path = out_and_back(search.first, settings.segments, settings.skip + tries, body, rng)
         tries += 1
         since += best.error <= tolerance
         cuts, found, left = search.attempt(path, settings.iterations)
@@ -381,23 +381,3 @@ def _nearest(snake: Snake, start: Array, goal: Array) -> Array:
     for j in 2 + fold_joints(snake.lengths, snake.wheel_fraction):
         shifted[j] = goal[j] + (start[j] - wrap_angle(start[j])) - (goal[j] - wrap_angle(goal[j]))
     return shifted
-
-
-def _out_and_back(theta: Array, segments: int, attempt: int, body: float, rng: np.random.Generator) -> Array:
-    """A way out, and back the same way, which returns exactly: in turns straight ahead, along waves, and random loops."""
-    half = segments // 2
-    t = (np.arange(half) + 0.5) / half
-    if attempt % 3 == 2:  # shorter ways, from which Newton's method arrives less often
-        out = np.zeros((half, 2))
-        for axis in range(2):
-            for harmonic in (1, 2, 3):
-                weight, phase = rng.normal(), rng.uniform(0.0, 2.0 * np.pi)
-                out[:, axis] += 0.25 * body * weight * np.sin(np.pi * harmonic * t + phase)
-        return np.concatenate([out, -out[::-1]])
-    heading = np.full(half, float(np.angle(-np.exp(1j * theta).sum())))
-    if attempt > 1:
-        waves, phase = rng.uniform(0.3, 1.5), rng.uniform(0.0, 2.0 * np.pi)
-        heading += rng.uniform(-0.6, 0.6) + rng.uniform(0.2, 1.5) * np.sin(2.0 * np.pi * waves * t + phase)
-    length = body * _REACHES[attempt % len(_REACHES)]
-    out = 2.0 * length * np.stack([np.cos(heading), np.sin(heading)], axis=1)
-    return np.concatenate([out, -out[::-1]])

@@ -73,12 +73,19 @@ def goal_error(measures: Measures | None) -> float | None:
 def _verdict(scene: Scene, certificate: Any, solved: bool | None, reason: str, good: bool, certified: bool) -> str:
     if good and certificate is not None:
         word = "Certified" if solved is None else "Solved and certified"
-        return f"{word}: no part of the robot comes closer than {1e3 * certificate.clearance:.1f} mm to any obstacle"
+        if not math.isfinite(certificate.clearance):
+            return f"{word}; there is no obstacle to keep clear of"
+        least = f"comes closer than {1e3 * certificate.clearance:.1f} mm to any obstacle"
+        if any(note.startswith("WITHOUT collision body") for note in getattr(scene.robot, "notes", ())):
+            return f"{word}, as far as the robot has collision bodies (see the notes): none of them {least}"
+        return f"{word}: no moving part of the robot {least}"
     if good:
         return "Solved"
     violation = first_violation(certificate)
     if solved is None:
-        return f"Not certified: {violation or reason or 'no certificate'}"
+        worst = float(getattr(certificate, "clearance_seen", math.inf))
+        inside = f"; at worst {-1e3 * worst:.1f} mm inside" if worst < 0.0 else ""
+        return f"Not certified: {violation or reason or 'no certificate'}{inside}"
     if solved:
         return f"Reached, but not certified: {violation or reason}"
     return f"Not solved: {reason or violation or 'no reason given'}"
@@ -99,7 +106,9 @@ def _clearance(certificate: Any, scene: Scene, certified: bool) -> str:
         return "nothing to keep clear of" if value > 0 else "none"
     required = f"(required {1e3 * scene.options.clearance:.1f} mm)"
     return (
-        f"at least {1e3 * value:.2f} mm {required}" if certified else f"{1e3 * value:.2f} mm, not certified {required}"
+        f"at least {1e3 * value:.2f} mm {required}"
+        if certified
+        else f"not certified; bound {1e3 * value:.2f} mm {required}"
     )
 
 
