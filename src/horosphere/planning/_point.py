@@ -44,7 +44,10 @@ def plan_point(scene: Scene, progress: Progress) -> Plan:
     waypoints, reason = evenly(path.points, options.path_step), ""
     for _ in range(_REFINEMENTS):
         with progress.part("timing"):
-            trajectory = timed_path(waypoints, limits.velocity, limits.acceleration, options.time_step, names)
+            trajectory = timed_path(
+                waypoints, limits.velocity, limits.acceleration, options.time_step, names,
+                options.timing, None if options.jerk is None else np.full(n, options.jerk / np.sqrt(n)),
+            )  # fmt: skip
         with progress.part("certificate"):
             certificate = certify(scene, trajectory)
         if certificate.certified:
