@@ -55,7 +55,7 @@ def test_the_invalid_problem_is_explained(panda, problems):
 
 def test_the_reactive_law_on_a_sample(panda, problems):
     chosen = problems[5::40]
-    assert judge(panda, chosen, lambda *a: react(*a, time_limit=2.0), 100) >= 0.95 * len(chosen)
+    assert judge(panda, chosen, lambda *a: react(*a, time_limit=2.0), 100) >= 0.9 * len(chosen)
 
 
 @pytest.mark.slow

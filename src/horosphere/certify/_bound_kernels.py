@@ -11,7 +11,7 @@ DEPTH = 64
 
 
 @jit
-def bound_path(J, C, L, K, S, P, W, margin, slack, tolerance, resolution, budget, first, gaps, out):
+def bound_path(J, C, L, K, S, P, W, margin, slack, tolerance, resolution, budget, first, gaps, out, F):
     """Bounds of the least clearance while the joints run straight through the waypoints W (k, n).
 
     An interval is settled when its lower bound reaches `need`: within the tolerance (absolute, relative) of the smallest
@@ -58,7 +58,7 @@ def bound_path(J, C, L, K, S, P, W, margin, slack, tolerance, resolution, budget
                         step = W[segment + 1, c] - W[segment, c]
                         q[c] = W[segment, c] + s * step
                         h[c] = abs(step) * r * (1.0 + 1e-12)
-                clearance, fresh, item, other = probe(J, C, L, K, S, P, q, span, need, T, X)
+                clearance, fresh, item, other = probe(J, C, L, K, S, P, q, span, need, T, X, F)
                 probes += 1
                 broken = clearance + slack < margin
                 if (clearance < upper and (waypoint or not first)) or (first and broken):

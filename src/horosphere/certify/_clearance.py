@@ -110,7 +110,19 @@ def clearance_bound(
 
     def run(first: bool) -> None:
         bound_path(
-            *body[:4], solids.rows, pairs, W, margin, slack, kinds, RESOLUTION, max_evaluations, first, gaps, out
+            *body[:4],
+            solids.rows,
+            pairs,
+            W,
+            margin,
+            slack,
+            kinds,
+            RESOLUTION,
+            max_evaluations,
+            first,
+            gaps,
+            out,
+            solids.framed,
         )
 
     def point() -> PathPoint | None:

@@ -63,7 +63,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
         out.console(stderr=True).print("interrupted; no file was left half written")
         return out.INTERRUPTED
     except BrokenPipeError:  # the reader went away: horosphere scenes | head -1
-        sys.stderr.close()
         return out.DONE
     return result if isinstance(result, int) else out.DONE
 

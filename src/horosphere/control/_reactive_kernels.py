@@ -88,7 +88,7 @@ def look(J, C, L, F, B, K, S, V, G, P, T, X, M, par, top, reach, stop_time, N, I
                         close = max(own * reach + V[j] * stop_time, lookout(own + V[j], pull, rate))
                         if rough >= par[MARGIN] + SLIDE + close and rough >= seen[0]:
                             continue
-                    d, t, nx, ny, nz = segment_distance(S, j, X[i, 0], X[i, 1], X[i, 2], X[i, 3], X[i, 4], X[i, 5])
+                    d, t, nx, ny, nz = segment_distance(S, j, X[i, 0], X[i, 1], X[i, 2], X[i, 3], X[i, 4], X[i, 5], 1)
                     d -= K[i, 6]
                     if d < seen[0]:
                         seen[0], seen[1], seen[2] = d, i, j

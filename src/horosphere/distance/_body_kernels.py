@@ -8,6 +8,7 @@ points, and a point costs 9 products with a matrix.
   L (m,) int64: frame of each capsule; -1: it hangs on the base and meets no solid
   K (m, 8): ends a, b, radius, radius of a ball about the middle that holds it
   P (p, 3) int64: pairs of capsules, and the frame both hang from
+  F: None where S holds balls, capsules and half-spaces only, else 1
   T (k, 12): world frames, rotation by rows and position      X (m, 7): world end a, vector b - a, reach of the motion
 """
 
@@ -89,7 +90,7 @@ def self_distance(K, X, i, j):
 
 
 @inner
-def probe(J, C, L, K, S, P, q, h, need, T, X):
+def probe(J, C, L, K, S, P, q, h, need, T, X, F):
     """Clearance at q, and a lower bound of it while every coordinate c stays within h[c] of q[c].
 
     Returns (clearance, bound, item, other): the nearest capsule and solid (or m + the self pair) at q. Pairs whose bound
@@ -108,7 +109,7 @@ def probe(J, C, L, K, S, P, q, h, need, T, X):
             if rough >= need:
                 bound = min(bound, rough)
             else:
-                d = segment_distance(S, j, X[i, 0], X[i, 1], X[i, 2], X[i, 3], X[i, 4], X[i, 5])[0] - K[i, 6]
+                d = segment_distance(S, j, X[i, 0], X[i, 1], X[i, 2], X[i, 3], X[i, 4], X[i, 5], F)[0] - K[i, 6]
                 bound = min(bound, d - moved)
                 if d < clearance:
                     clearance, item, other = d, i, j
@@ -150,11 +151,11 @@ def add_slope(J, C, T, k, x, y, z, nx, ny, nz, g):
 
 
 @jit
-def signed_batch(J, C, L, K, S, P, Q, D, G):
+def signed_batch(J, C, L, K, S, P, Q, D, G, F):
     """Least signed distance D (b,) of configurations Q (b, n), and its gradient G (b, n) if G has rows."""
     T, X, h = np.empty((J.shape[0], 12)), np.empty((L.shape[0], 7)), np.empty(0)
     for b in range(Q.shape[0]):
-        D[b], _, i, j = probe(J, C, L, K, S, P, Q[b], h, np.inf, T, X)
+        D[b], _, i, j = probe(J, C, L, K, S, P, Q[b], h, np.inf, T, X, F)
         if G.shape[0] > 0:
             g = G[b]
             for c in range(g.shape[0]):
@@ -162,7 +163,7 @@ def signed_batch(J, C, L, K, S, P, Q, D, G):
             if i >= 0:
                 other = -1
                 if j < S.shape[0]:
-                    d, t, nx, ny, nz = segment_distance(S, j, X[i, 0], X[i, 1], X[i, 2], X[i, 3], X[i, 4], X[i, 5])
+                    d, t, nx, ny, nz = segment_distance(S, j, X[i, 0], X[i, 1], X[i, 2], X[i, 3], X[i, 4], X[i, 5], F)
                 else:
                     other = P[j - S.shape[0], 1]
                     d, t, nx, ny, nz = self_distance(K, X, i, other)
@@ -174,7 +175,7 @@ def signed_batch(J, C, L, K, S, P, Q, D, G):
 
 
 @jit
-def table_into(J, C, L, K, S, P, q, W):
+def table_into(J, C, L, K, S, P, q, W, F):
     """Every capsule against every solid, then every self pair: W (m s + p, 7) = distance, point on the axis, direction."""
     T, X = np.empty((J.shape[0], 12)), np.empty((L.shape[0], 7))
     place(J, C, L, K, q, T, X)
@@ -187,7 +188,7 @@ def table_into(J, C, L, K, S, P, q, W):
                 W[row] = 0.0
                 W[row, 0] = np.inf
                 continue
-            d, t, nx, ny, nz = segment_distance(S, j, X[i, 0], X[i, 1], X[i, 2], X[i, 3], X[i, 4], X[i, 5])
+            d, t, nx, ny, nz = segment_distance(S, j, X[i, 0], X[i, 1], X[i, 2], X[i, 3], X[i, 4], X[i, 5], F)
             d -= K[i, 6]
         else:
             i = P[p, 0]

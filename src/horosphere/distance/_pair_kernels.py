@@ -179,8 +179,11 @@ def _out_of_box(a, u, h):
 
 
 @inner
-def segment_distance(S, j, ax, ay, az, ux, uy, uz):
-    """Signed distance of the segment a + t u to solid j of the rows S, with t and the unit direction of increase."""
+def segment_distance(S, j, ax, ay, az, ux, uy, uz, framed):
+    """Signed distance of the segment a + t u to solid j of the rows S, with t and the unit direction of increase.
+
+    `framed` None says that no row is a box, cylinder or ellipsoid: then their code is not compiled (see `Packed.framed`).
+    """
     kind, radius = S[j, 0], S[j, 5]
     if kind == SEGMENT:
         d, t, nx, ny, nz = to_segment(ax, ay, az, ux, uy, uz, S[j, 6], S[j, 7], S[j, 8], S[j, 9], S[j, 10], S[j, 11])
@@ -190,6 +193,8 @@ def segment_distance(S, j, ax, ay, az, ux, uy, uz):
         at, along = nx * ax + ny * ay + nz * az, nx * ux + ny * uy + nz * uz
         t = 0.5 if along == 0.0 else (1.0 if along < 0.0 else 0.0)
         return at + min(along, 0.0) - S[j, 9], t, nx, ny, nz
+    if framed is None:
+        return np.inf, 0.0, 0.0, 0.0, 0.0
     px, py, pz = ax - S[j, 1], ay - S[j, 2], az - S[j, 3]
     # the frame of a box, cylinder or ellipsoid: its axes are the rows of 6-14
     a = (

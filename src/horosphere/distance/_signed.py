@@ -103,4 +103,4 @@ def _run(body: Body, solids: Packed, self_collision: bool, Q: Floats, D: Floats,
     from ._body_kernels import signed_batch
 
     pairs = body.pairs if self_collision else _NO_PAIRS
-    signed_batch(body.joints, body.constants, body.frames, body.capsules, solids.rows, pairs, Q, D, G)
+    signed_batch(body.joints, body.constants, body.frames, body.capsules, solids.rows, pairs, Q, D, G, solids.framed)

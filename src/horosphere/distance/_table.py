@@ -94,7 +94,9 @@ def table(
     pairs = body.pairs if self_collision else body.pairs[:0]
     W = np.empty((len(flat), m * s + len(pairs), 7))
     for b in range(len(flat)):
-        table_into(body.joints, body.constants, body.frames, body.capsules, solids.rows, pairs, flat[b], W[b])
+        table_into(
+            body.joints, body.constants, body.frames, body.capsules, solids.rows, pairs, flat[b], W[b], solids.framed
+        )
     radius = body.capsules[:, 6]
     # the axis point moved along n by its own radius, and on by the distance, gives the two witnesses
     first = np.concatenate((np.repeat(radius, s), radius[pairs[:, 0]]))

@@ -26,12 +26,14 @@ class Packed:
       1 box: 6-14 its axes (rows), 15-17 half sizes      4 ellipsoid: 6-14 its axes (rows), 15-17 semi-axes
       2 cylinder: 6-14 a frame (rows) with its axis last, 15 radius, 16 half length
       3 half-space: 6-8 outward unit normal, 9 distance
-    `owner` (m,): which shape a row belongs to (a point cloud has many rows). `names`: one a shape.
+    `owner` (m,): which shape a row belongs to (a point cloud has many rows). `names`: one a shape. `framed`: 1, or None where
+    no row is a box, cylinder or ellipsoid: then compiled code need not know them.
     """
 
     rows: Floats
     owner: NDArray[np.int64]
     names: tuple[str, ...]
+    framed: int | None = 1
 
     def __len__(self) -> int:
         return len(self.names)
@@ -46,7 +48,8 @@ def pack(shapes: tuple[Shape, ...]) -> Packed:
         rows.append(block)
         owner += [index] * len(block)
     table = np.concatenate(rows) if rows else np.zeros((0, WIDTH))
-    return Packed(np.ascontiguousarray(table), np.array(owner, dtype=np.int64), tuple(names))
+    framed = None if np.isin(table[:, 0], (SEGMENT, HALF_SPACE)).all() else 1
+    return Packed(np.ascontiguousarray(table), np.array(owner, dtype=np.int64), tuple(names), framed)
 
 
 def _rows(shape: Shape, name: str) -> Floats:
