@@ -30,6 +30,8 @@ class Kernel:
             None if kind is None else len(kind) if isinstance(kind, tuple) else kind for kind in types.values()
         ]
         self.width_out = layout if isinstance(layout, int) else len(layout)
+        self._single_shapes = [None if w is None else (w,) for w in self._widths]
+        self._single_out = (self.width_out,)
 
     @cached_property
     def trace(self) -> Trace:
@@ -56,6 +58,13 @@ class Kernel:
 
     def _directly(self, arrays, out) -> NDArray[np.float64] | None:
         """The common case without detours: arrays of equal batch shape, ready for machine code. None: not that case."""
+        try:
+            if [a.shape for a in arrays] == self._single_shapes and (out is None or out.shape == self._single_out):
+                result = np.empty(self.width_out) if out is None else out
+                self._one_record(*arrays, result)  # type: ignore[misc]
+                return result
+        except (AttributeError, TypeError):  # no array, another dtype or memory order
+            return None
         batch = getattr(arrays[0], "shape", (0,))[:-1] if arrays else ()
         shape = (*batch, self.width_out)
         if tuple(getattr(a, "shape", None) for a in arrays) != tuple([(*batch, w) for w in self._widths]):
@@ -65,10 +74,7 @@ class Kernel:
         elif out.shape != shape or not out.flags.c_contiguous:
             return None
         try:
-            if batch:
-                self._one_record(*[a.reshape(-1) for a in arrays], out.reshape(-1))  # type: ignore[misc]
-            else:
-                self._one_record(*arrays, out)  # type: ignore[misc]
+            self._one_record(*[a.reshape(-1) for a in arrays], out.reshape(-1))  # type: ignore[misc]
         except TypeError:  # another dtype or memory order: the general way converts or says what is wrong
             return None
         return out
