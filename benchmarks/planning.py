@@ -30,7 +30,6 @@ PUBLISHED = (
         "VAMP (C++, SIMD)",
         "planning 0.054 ms median, 0.18 ms mean on this set, without a certificate; as published, not run here",
     ),
-    ("cuRobo (GPU)", "some 50 ms a problem with trajectory optimisation; as published, not run here"),
 )
 
 
