@@ -6,6 +6,7 @@ import sys
 
 import numpy as np
 import pytest
+from numba import config
 
 from horosphere.errors import InputError
 from horosphere.kernels import (
@@ -20,6 +21,8 @@ from horosphere.kernels import (
     scalars,
     sincos,
 )  # fmt: skip
+
+compiled_only = pytest.mark.skipif(bool(config.DISABLE_JIT), reason="about compiled code")
 
 
 @kernel(MOTOR, a=MOTOR, b=MOTOR)
@@ -166,12 +169,9 @@ def test_inline_serves_compiled_loops():
     assert mask[1] == pytest.approx(a[:8, 0].sum())
 
 
+@compiled_only
 def test_machine_code_can_be_read():
-    import os
-
-    fresh = kernel(2, x=None)(lambda x: sincos(x * 1.0000001))  # a name and graph of its own: compiled, not loaded
-    fresh.name = f"fresh{os.getpid()}"
-    assert "fmuladd" in fresh.llvm() or "fmul" in fresh.llvm()
+    assert "fmuladd" in sine_cosine.llvm() or "fmul" in sine_cosine.llvm()
 
 
 SCRIPT = """
@@ -192,12 +192,14 @@ def run_script(**environment):
     return done.stdout.splitlines()
 
 
+@compiled_only
 def test_disk_cache_serves_the_second_process(tmp_path):
     first = run_script(HOROSPHERE_CACHE=str(tmp_path))
     second = run_script(HOROSPHERE_CACHE=str(tmp_path))
-    assert first[0] == "compiling cached_product" and first[1] == second[0] and len(second) == 1
+    assert first[:2] == ["compiling cached_product", "compiling direct_call"] and first[2:] == second
 
 
+@compiled_only
 def test_works_where_nothing_can_be_written(tmp_path):
     blocked = tmp_path / "file"
     blocked.write_text("not a folder")

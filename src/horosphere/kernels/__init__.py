@@ -37,6 +37,7 @@ from ._functions import sqrt as sqrt
 from ._functions import where_lt as where_lt
 from ._kernel import Kernel as Kernel
 from ._kernel import kernel as kernel
+from ._kernel import output_array as output_array
 from ._multivector import E0 as E0
 from ._multivector import E1 as E1
 from ._multivector import E2 as E2

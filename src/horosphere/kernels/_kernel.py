@@ -4,14 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import cached_property
+from math import prod
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputError
-from ._cache import OPTIONS, attach_cache
+from ..numeric import float_array
+from ._direct import Direct, call_by_ctypes, machine_code
 from ._trace import ArgumentType, Trace
+
+Floats = NDArray[np.float64]
 
 
 class Kernel:
@@ -19,186 +23,193 @@ class Kernel:
 
     An argument of K coefficients is an array (..., K), a plain number an array (...); leading axes broadcast. Tracing
     happens at first use, compiling at the first call, and compiled code is kept on disk.
+
+    axes: the axes of one record of each output, where the numbers go to several arrays or to one of more axes.
+    finite: refuse numbers that are not finite.
     """
 
-    def __init__(self, name: str, function: Callable, types: dict[str, ArgumentType], layout: Sequence[int] | int):
+    def __init__(
+        self,
+        name: str,
+        function: Callable,
+        types: dict[str, ArgumentType],
+        layout: Sequence[int] | int,
+        *,
+        axes: Sequence[tuple[int, ...]] = (),
+        finite: bool = False,
+    ):
         self.name, self.__doc__ = name, function.__doc__
-        self._function, self._types, self._layout = function, types, layout
-        self._compiled: dict[tuple[bool, ...], Callable] = {}
-        self._one_record: Callable | None = None  # the machine code, once it exists
-        self._widths = [
-            None if kind is None else len(kind) if isinstance(kind, tuple) else kind for kind in types.values()
-        ]
+        self._function, self._types, self._layout, self._finite = function, types, layout, finite
         self.width_out = layout if isinstance(layout, int) else len(layout)
-        self._single_shapes = [None if w is None else (w,) for w in self._widths]
-        self._single_out = (self.width_out,)
+        self.axes = tuple(axes) or ((self.width_out,),)
+        self._axes_in = tuple(() if t is None else (t,) if isinstance(t, int) else (len(t),) for t in types.values())
+        self._compiled: dict[tuple[bool, ...], tuple[int, Direct]] = {}  # by which inputs are single records
+        self._none_single = (False,) * len(types)
+        self._waiting: list[Direct] = []
+        self._plain = self.direct([np.ndarray] * len(types), [np.ndarray] * len(self.axes))
 
     @cached_property
     def trace(self) -> Trace:
-        return Trace.of(self.name, self._function, self._types, self._layout)
+        trace = Trace.of(self.name, self._function, self._types, self._layout)
+        return trace.with_sum_of_inputs() if self._finite else trace
 
     @cached_property
     def inline(self) -> Callable:
         """For use inside `jit` functions: takes the coefficients one by one (numbers or lanes), returns a tuple."""
-        from numba import config
-
-        if config.DISABLE_JIT:
+        if _jit_disabled():
             return lambda *inputs: tuple(self.trace.evaluate(inputs))
         from ._lower import as_intrinsic
 
         return as_intrinsic(self.trace)
 
-    def __call__(self, *arrays: NDArray[np.float64], out: NDArray[np.float64] | None = None) -> NDArray[np.float64]:
-        """The result, (..., K) with the broadcast leading axes of the arguments; written into `out` if given."""
-        if self._one_record is not None:
-            result = self._directly(arrays, out)
-            if result is not None:
-                return result
-        return self._general(arrays, out)
+    def __call__(self, *arrays: Floats, out: Any = None) -> Any:
+        """The result, (..., K) with the broadcast leading axes of the arguments; written into `out` if given.
 
-    def _directly(self, arrays, out) -> NDArray[np.float64] | None:
-        """The common case without detours: arrays of equal batch shape, ready for machine code. None: not that case."""
-        try:
-            if [a.shape for a in arrays] == self._single_shapes and (out is None or out.shape == self._single_out):
-                result = np.empty(self.width_out) if out is None else out
-                self._one_record(*arrays, result)  # type: ignore[misc]
-                return result
-        except (AttributeError, TypeError):  # no array, another dtype or memory order
-            return None
-        batch = getattr(arrays[0], "shape", (0,))[:-1] if arrays else ()
-        shape = (*batch, self.width_out)
-        if tuple(getattr(a, "shape", None) for a in arrays) != tuple([(*batch, w) for w in self._widths]):
-            return None
+        Several outputs are a tuple, and so is their `out`.
+        """
         if out is None:
-            out = np.empty(shape)
-        elif out.shape != shape or not out.flags.c_contiguous:
-            return None
-        try:
-            self._one_record(*[a.reshape(-1) for a in arrays], out.reshape(-1))  # type: ignore[misc]
-        except TypeError:  # another dtype or memory order: the general way converts or says what is wrong
-            return None
-        return out
+            result = self._plain.call(*arrays)
+        else:
+            result = self._plain.call(*arrays, out) if len(self.axes) == 1 else self._plain.call(*arrays, *out)
+        return self._general(arrays, out) if result is None else result
 
-    def _general(self, arrays, out: NDArray[np.float64] | None) -> NDArray[np.float64]:
+    def direct(self, inputs: Sequence[type], outputs: Sequence[type]) -> Direct:
+        """The kernel on values of these types (numpy.ndarray, or one with a slot `array`), without a detour.
+
+        Its calls answer None, the sign to take the general way, until the kernel is compiled and whenever an argument
+        is not plain.
+        """
+        made = Direct(
+            list(zip(inputs, self._axes_in, strict=True)),
+            list(zip(outputs, self.axes, strict=True)),
+        )
+        if self._none_single in self._compiled:
+            made.connect(self._compiled[self._none_single][0])
+        else:
+            self._waiting.append(made)
+        return made
+
+    def _general(self, arrays, out: Any) -> Any:
         arrays = [np.asarray(a, dtype=np.float64) for a in arrays]
-        widths = self.trace.widths
-        if len(arrays) != len(widths):
-            raise InputError(f"expected {len(widths)} arrays ({', '.join(self._types)}), got {len(arrays)}")
-        batches, single = [], []
-        for k, (array, kind) in enumerate(zip(arrays, self._types.values(), strict=True)):
-            if kind is not None and array.shape[-1:] != widths[k : k + 1]:
-                raise InputError(f"expected shape (..., {widths[k]}), got {array.shape}", place=self.trace.arguments[k])
-            batches.append(array.shape if kind is None else array.shape[:-1])
+        if len(arrays) != len(self._axes_in):
+            raise InputError(f"expected {len(self._axes_in)} arrays ({', '.join(self._types)}), got {len(arrays)}")
+        batches = []
+        for name, array, axes in zip(self._types, arrays, self._axes_in, strict=True):
+            if axes and array.shape[-1:] != axes:
+                raise InputError(f"expected shape (..., {axes[0]}), got {array.shape}", place=name)
+            batches.append(array.shape[:-1] if axes else array.shape)
         batch = batches[0] if all(b == batches[0] for b in batches) else np.broadcast_shapes(*batches)
-        shape = (*batch, self.width_out)
-        if out is None:
-            out = np.empty(shape)
-        elif out.shape != shape or out.dtype != np.float64 or not out.flags.c_contiguous or not out.flags.writeable:
-            raise InputError(f"expected a writable C-contiguous float64 array of shape {shape}", place="out")
-        if _jit_disabled():
-            return self._into(out, arrays)
+        outs = self._outs(batch, (None,) * len(self.axes) if out is None else (out,) if len(self.axes) == 1 else out)
         # A record that stands for the whole batch is loaded once, not copied; anything else is broadcast.
-        flat = []
-        for array, kind, own in zip(arrays, self._types.values(), batches, strict=True):
-            alone = len(batch) > 0 and (own == () or all(n == 1 for n in own)) and own != batch
-            if not alone and own != batch:
-                array = np.broadcast_to(array, batch if kind is None else (*batch, array.shape[-1]))
-            single.append(alone)
-            flat.append(np.ascontiguousarray(array, dtype=np.float64).reshape(-1))
-        self.compiled(tuple(single))(*flat, out.reshape(-1))
-        return out
+        single = tuple(len(batch) > 0 and own != batch and prod(own) == 1 for own in batches)
+        for k, (own, axes) in enumerate(zip(batches, self._axes_in, strict=True)):
+            if own != batch and not single[k]:
+                arrays[k] = np.broadcast_to(arrays[k], (*batch, *axes))
+        good = self._into(outs, arrays) if _jit_disabled() else self.run(single, *map(_plain, arrays), *outs)
+        if not good:
+            for name, array in zip(self._types, arrays, strict=True):
+                float_array(array, name)  # raises; if all are finite, only their sum overflowed
+        return outs[0] if len(outs) == 1 else tuple(outs)
 
-    def reference(self, *arrays: NDArray[np.float64]) -> NDArray[np.float64]:
+    def _outs(self, batch: tuple[int, ...], given: Sequence[Any]) -> list[Floats]:
+        if len(given) != len(self.axes):
+            raise InputError(f"expected {len(self.axes)} arrays, got {len(given)}", place="out")
+        return [output_array(array, (*batch, *axes)) for array, axes in zip(given, self.axes, strict=True)]
+
+    def reference(self, *arrays: Floats) -> Any:
         """The same result by numpy, without compiling: the reference back end."""
         arrays = tuple(np.asarray(a, dtype=np.float64) for a in arrays)
-        batch = np.broadcast_shapes(
-            *(a.shape if kind is None else a.shape[:-1] for a, kind in zip(arrays, self._types.values(), strict=True))
-        )
-        return self._into(np.empty((*batch, self.width_out)), arrays)
+        batches = (a.shape[:-1] if axes else a.shape for a, axes in zip(arrays, self._axes_in, strict=True))
+        outs = self._outs(np.broadcast_shapes(*batches), (None,) * len(self.axes))
+        self._into(outs, arrays)
+        return outs[0] if len(outs) == 1 else tuple(outs)
 
-    def _into(self, out: NDArray[np.float64], arrays) -> NDArray[np.float64]:
+    def _into(self, outs: Sequence[Floats], arrays) -> bool:
         columns: list[Any] = []
-        for array, kind in zip(arrays, self._types.values(), strict=True):
-            columns += [array] if kind is None else [array[..., k] for k in range(array.shape[-1])]
-        values = self.trace.evaluate(columns)
-        for k, value in enumerate(values):
-            out[..., k] = value
-        return out
+        for array, axes in zip(arrays, self._axes_in, strict=True):
+            columns += [array[..., k] for k in range(axes[0])] if axes else [array]
+        with np.errstate(over="ignore", invalid="ignore"):  # machine code does not warn either
+            values = iter(self.trace.evaluate(columns))
+        for out, axes in zip(outs, self.axes, strict=True):
+            for index in np.ndindex(axes):
+                out[(..., *index)] = next(values)
+        return not self._finite or bool(np.isfinite(next(values)).all())
 
-    def compiled(self, single: tuple[bool, ...] | None = None) -> Callable:
-        """The machine code as a function of flat arrays, the last one the result; its length says how many records.
+    def run(self, single: tuple[bool, ...], *arrays: Floats) -> bool:
+        """The machine code on inputs and outs that fit, C-contiguous float64; no checks: for callers that made them.
 
-        `single[k]`: argument k is one record that serves all. No checks: for callers that have made them.
+        `single[k]`: input k is one record that serves all. Returns whether the inputs are finite (True for a kernel
+        that does not mind).
         """
-        key = single if single is not None else (False,) * len(self.trace.widths)
-        if key not in self._compiled:
-            self._compiled[key] = self._compile(key)
-            if not any(key):
-                self._one_record = self._compiled[key]
-        return self._compiled[key]
+        address, direct = self._compiled.get(single) or self._compile(single)
+        if direct.call(*arrays) is not None:
+            return True
+        records = arrays[len(single)].size // prod(self.axes[0])
+        return call_by_ctypes(address, arrays, records)
 
-    def _compile(self, single: tuple[bool, ...]) -> Callable:
-        from numba import njit
-        from numba.core import types
+    def _compile(self, single: tuple[bool, ...]) -> tuple[int, Direct]:
+        from ._drive import ARGUMENTS, driver
 
-        from ._lanes import EIGHT, ONE, load_records, store_records
-
-        names, widths = self.trace.arguments, self.trace.widths
-
-        def loads(tag: str) -> str:
-            return ", ".join(
-                f"*one_{name}" if alone else f"*load_records({name}, i, {width}, {tag})"
-                for name, width, alone in zip(names, widths, single, strict=True)
-            )
-
-        before = [f"    one_{n} = load_records({n}, 0, {w}, ONE)" for n, w, s in zip(names, widths, single) if s]
-        text = "\n".join(
-            [
-                f"def {self.name}({', '.join(names)}, out):",
-                *before,
-                f"    count = out.size // {self.width_out}",
-                "    whole = count // 8 * 8",
-                "    for i in range(0, whole, 8):",
-                f"        store_records(out, i, inline({loads('EIGHT')}))",
-                "    for i in range(whole, count):",
-                f"        store_records(out, i, inline({loads('ONE')}))",
-            ]
-        )
-        namespace = {
-            "__name__": __name__, "inline": self.inline, "EIGHT": EIGHT, "ONE": ONE,
-            "load_records": load_records, "store_records": store_records,
-        }  # fmt: skip
-        exec(compile(text, "<horosphere-kernel>", "exec"), namespace)
-        dispatcher = njit(**OPTIONS)(namespace[self.name])
-        attach_cache(dispatcher, self.trace.fingerprint)
-        flat_in = types.Array(types.float64, 1, "C", readonly=True)
-        flat_out = types.Array(types.float64, 1, "C")
-        dispatcher.compile((flat_in,) * len(widths) + (flat_out,))
-        dispatcher.disable_compile()
-        return dispatcher
+        address = machine_code(driver(self.trace, self.inline, self.axes, single, self._finite), ARGUMENTS)
+        if any(single):
+            kinds = [(np.ndarray, axes) for axes in self._axes_in], [(np.ndarray, axes) for axes in self.axes]
+            direct = Direct(*kinds, alone=single)
+            direct.connect(address)
+        else:
+            direct = self._plain
+            for waiting in self._waiting:
+                waiting.connect(address)
+            self._waiting.clear()
+        self._compiled[single] = address, direct
+        return address, direct
 
     def source(self) -> str:
         """The traced expression as straight-line Python."""
         return self.trace.source()
 
     def llvm(self) -> str:
-        """The optimised LLVM of the batch function (numba keeps none for code that came from the disk cache)."""
-        return next(iter(self.compiled().inspect_llvm().values()))
+        """The optimised LLVM of the batch function, compiled anew: none is kept on disk."""
+        from ._drive import ARGUMENTS, driver
+
+        fresh = driver(self.trace, self.inline, self.axes, self._none_single, self._finite, cached=False)
+        fresh.compile(ARGUMENTS)
+        return next(iter(fresh.inspect_llvm().values()))
 
     def __repr__(self) -> str:
         return f"Kernel({self.name}: {', '.join(self._types)} -> {self.width_out})"
 
 
-def kernel(layout: Sequence[int] | int, **types: ArgumentType) -> Callable[[Callable], Kernel]:
+def kernel(layout: Sequence[int] | int, *, finite: bool = False, **types: ArgumentType) -> Callable[[Callable], Kernel]:
     """Declare a geometric expression: `types` per argument (a layout of blades, `scalars(n)` or None for one number).
 
-    `layout` is that of the result: blades of the returned MV, or how many numbers the function returns.
+    `layout` is that of the result: blades of the returned MV, or how many numbers the function returns. finite: refuse
+    numbers that are not finite.
     """
 
     def wrap(function: Callable) -> Kernel:
-        return Kernel(function.__name__, function, types, layout)
+        return Kernel(function.__name__, function, types, layout, finite=finite)
 
     return wrap
+
+
+def output_array(given: Any, shape: tuple[int, ...]) -> Floats:
+    """A new array, or the caller's if it fits; InputError otherwise."""
+    if given is None:
+        return np.empty(shape)
+    if not isinstance(given, np.ndarray):
+        raise InputError(f"expected a numpy array of shape {shape}, got {type(given).__name__}", place="out")
+    flags = given.flags
+    plain = flags.c_contiguous and flags.aligned and flags.writeable
+    if given.shape != shape or given.dtype != np.float64 or not plain:
+        raise InputError(
+            f"expected a writable C-contiguous float64 array of shape {shape}, got {given.dtype} {given.shape}",
+            place="out",
+        )
+    return given
+
+
+def _plain(array: Floats) -> Floats:
+    return array if array.flags.c_contiguous and array.flags.aligned else np.require(array, requirements=["C", "A"])
 
 
 def _jit_disabled() -> bool:

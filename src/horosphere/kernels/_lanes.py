@@ -174,7 +174,24 @@ def _aligned(instruction, dtype):
 
 
 def _data_pointer(context, builder, array_type, array, offset):
-    return builder.gep(context.make_array(array_type)(context, builder, array).data, [offset])
+    data = (
+        array
+        if isinstance(array_type, types.CPointer)
+        else context.make_array(array_type)(context, builder, array).data
+    )
+    return builder.gep(data, [offset])
+
+
+@intrinsic
+def array_at(typing_context, pointers, k):
+    """The k-th of the pointers to float64 at an address: stands for a C-contiguous array whose length is known."""
+    kind = types.CPointer(types.float64)
+
+    def code(context, builder, sig, args):
+        address = builder.inttoptr(args[0], context.get_value_type(kind).as_pointer())
+        return builder.load(builder.gep(address, [args[1]]))
+
+    return kind(types.intp, types.intp), code
 
 
 @intrinsic(prefer_literal=True)

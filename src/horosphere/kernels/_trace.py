@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -63,6 +63,12 @@ class Trace:
             raise TypeError(f"{name} returns {len(values)} numbers, {layout} were declared")
         outputs = tuple((v if isinstance(v, Symbol) else graph.constant(v)).index for v in values)
         return Trace(name, tuple(types), tuple(_width(kind) for kind in types.values()), graph, outputs)
+
+    def with_sum_of_inputs(self) -> Trace:
+        """The same with one more output: NaN or infinite when an input is (or when the sum overflows)."""
+        inputs = {self.graph.add("in", k).index: 1.0 for k in range(sum(self.widths))}
+        total = self.graph.linear(inputs)  # type: ignore[arg-type]
+        return replace(self, outputs=(*self.outputs, total.index))
 
     @cached_property
     def live(self) -> list[int]:

@@ -7,26 +7,19 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..algebra._batch import _set_array
+from ..kernels import output_array
 from ..numeric import float_array
 from ..robots import Robot, link_index
 from ..versors import Motor
-from ._robot_kernels import output_array, runner
+from ._robot_kernels import run
 from ._tree import tree
 
 Floats = NDArray[np.float64]
-_new = object.__new__
 
 
 def joint_array(robot: Robot, q: ArrayLike) -> Floats:
     """q as a C-contiguous float64 array (..., n); InputError if it has another last axis."""
     return float_array(q, f"q of {robot.name!r}", last=robot.n_joints, finite=False)
-
-
-def run_checked(robot: Robot, what: str, q: Floats, out: Floats) -> None:
-    """Fill `out` by the robot's kernel; InputError with the place of the first q that is not finite."""
-    if not runner(robot, what)(q.reshape(-1), out.reshape(-1)):
-        check_finite(robot, q)
 
 
 def check_finite(robot: Robot, q: Floats) -> None:
@@ -42,23 +35,13 @@ def forward(robot: Robot, q: ArrayLike, out: Floats | None = None) -> Motor:
     18. The kernel is the robot's own, its constants folded in: compiled at the first call (0.3 s), then kept on disk.
     Raises InputError for a wrong shape or numbers that are not finite.
     """
-    try:  # one configuration as compiled code wants it, without a needless step; else the general way
-        if q.ndim == 1 and (run := robot.memo.get("run forward")) is not None:  # type: ignore[union-attr]
-            if out is None:
-                result = view = np.empty(8)
-            else:
-                result, view = out, out[:]
-            if len(result) == 8 and run(q, result):
-                motor = _new(Motor)
-                view.setflags(write=False)
-                _set_array(motor, view)
-                return motor
-    except (AttributeError, TypeError):
-        pass
-    q = joint_array(robot, q)
-    result = output_array(out, q.shape[:-1] + (8,))
-    run_checked(robot, "forward", q, result)
-    return Motor._wrap(result.view())
+    try:
+        motor = robot.memo["forward"](q, out)
+    except (KeyError, AttributeError):  # not compiled yet
+        motor = None
+    if motor is not None:
+        return motor
+    return Motor._wrap(run(robot, "forward", q, [out])[0].view())
 
 
 def frames(robot: Robot, q: ArrayLike, out: Floats | None = None) -> Motor:

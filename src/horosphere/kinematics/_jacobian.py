@@ -9,12 +9,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..entities import Entity, Line, Plane, Point, Sphere
 from ..errors import InputError
+from ..kernels import output_array
 from ..numeric import float_array
 from ..robots import Robot, link_index
 from ..versors import Motor
 from . import _joint_kernels as joints
-from ._forward import _writable, carry, check_finite, joint_array, run_checked
-from ._robot_kernels import output_array
+from ._forward import _writable, carry, check_finite, joint_array
+from ._robot_kernels import run
 from ._tree import Tree, tree
 
 Floats = NDArray[np.float64]
@@ -32,42 +33,29 @@ def jacobian(
     q: (..., n); out: (..., 6, n). link, point: of another link, at a point (..., 3) of its frame (default its origin).
     Source: [Humanoid], [Snake]. Raises InputError for a wrong shape or numbers that are not finite.
     """
-    n = robot.n_joints
     if link is not None or point is not None:
         return _jacobian_of_link(robot, q, out, link, point)
-    try:  # the short way, as in `forward`
-        if q.ndim == 1 and (run := robot.memo.get("run jacobian")) is not None:  # type: ignore[union-attr]
-            if out is None:
-                flat = np.empty(6 * n)
-                if run(q, flat):
-                    return flat.reshape(6, n)
-            elif out.shape == (6, n) and out.flags.c_contiguous and run(q, out.reshape(-1)):
-                return out
-    except (AttributeError, TypeError):
-        pass
-    q = joint_array(robot, q)
-    result = output_array(out, (*q.shape[:-1], 6, n))
-    run_checked(robot, "jacobian", q, result)
-    return result
+    try:
+        J = robot.memo["jacobian"](q, out)
+    except (KeyError, AttributeError):  # not compiled yet
+        J = None
+    return run(robot, "jacobian", q, [out])[0] if J is None else J
 
 
-def forward_and_jacobian(robot: Robot, q: ArrayLike, out: Floats | None = None) -> tuple[Motor, Floats]:
+def forward_and_jacobian(robot: Robot, q: ArrayLike, out: tuple[Floats, Floats] | None = None) -> tuple[Motor, Floats]:
     """`forward` and `jacobian` in one pass: q (..., n) -> Motor (...) and (..., 6, n).
 
-    out: (..., 8 + 6 n), the motor's coefficients, then the Jacobian row by row; both results are views of it.
+    out: the arrays (..., 8) and (..., 6, n) to write into, as for either alone.
     """
-    n = robot.n_joints
-    try:  # the short way, as in `forward`
-        if q.ndim == 1 and (run := robot.memo.get("run both")) is not None:  # type: ignore[union-attr]
-            result = np.empty(8 + 6 * n) if out is None else out
-            if len(result) == 8 + 6 * n and run(q, result):
-                return Motor._wrap(result[:8]), result[8:].reshape(6, n)
-    except (AttributeError, TypeError):
-        pass
-    q = joint_array(robot, q)
-    result = output_array(out, (*q.shape[:-1], 8 + 6 * n))
-    run_checked(robot, "both", q, result)
-    return Motor._wrap(result[..., :8]), result[..., 8:].reshape(*q.shape[:-1], 6, n)
+    pose, J = (None, None) if out is None else out
+    try:
+        both = robot.memo["forward and jacobian"](q, pose, J)
+    except (KeyError, AttributeError):  # not compiled yet
+        both = None
+    if both is not None:
+        return both
+    pose, J = run(robot, "forward and jacobian", q, [pose, J])
+    return Motor._wrap(pose.view()), J
 
 
 def _jacobian_of_link(robot: Robot, q: ArrayLike, out: Any, link: str | None, point: ArrayLike | None) -> Floats:

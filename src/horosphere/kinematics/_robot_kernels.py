@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from hashlib import sha256
-from types import FunctionType
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
-from ..errors import InputError
-from ..kernels import BIVECTOR, E0, EUCLIDEAN, MOTOR, MV, Kernel, apply_motor, scalars
-from ..kernels._cache import OPTIONS, attach_cache
+from ..kernels import BIVECTOR, E0, EUCLIDEAN, MOTOR, MV, Kernel, apply_motor, output_array, scalars
+from ..numeric import float_array
 from ..robots import Robot
+from ..versors import Motor
 from . import _joint_kernels as joints
 from ._tree import Tree, chain
 
+Floats = NDArray[np.float64]
 KINDS = ("fixed", "revolute", "prismatic")
 
 
@@ -54,140 +54,64 @@ def trace_jacobian(arrays: Tree, q: list[Any], n: int) -> tuple[MV, list[Any]]:
 
 
 def forward_kernel(robot: Robot) -> Kernel:
-    """q (n,) -> motor (8,) of the tool frame, and the sum of q."""
+    """q (n,) -> motor (8,) of the tool frame."""
     arrays = chain(robot)
 
     def forward_of_robot(q):
-        return [*trace_chain(arrays, q)[1].on(MOTOR), sum(q)]
+        return trace_chain(arrays, q)[1].on(MOTOR)
 
-    return Kernel("forward_of_robot", forward_of_robot, {"q": scalars(robot.n_joints)}, 9)
+    return Kernel("forward_of_robot", forward_of_robot, {"q": scalars(robot.n_joints)}, 8, finite=True)
 
 
 def jacobian_kernel(robot: Robot) -> Kernel:
-    """q (n,) -> the 6 n entries of the Jacobian at the tool frame, row by row, and the sum of q."""
+    """q (n,) -> Jacobian (6, n) at the tool frame."""
     arrays, n = chain(robot), robot.n_joints
 
     def jacobian_of_robot(q):
-        return [*trace_jacobian(arrays, q, n)[1], sum(q)]
+        return trace_jacobian(arrays, q, n)[1]
 
-    return Kernel("jacobian_of_robot", jacobian_of_robot, {"q": scalars(n)}, 6 * n + 1)
+    return Kernel("jacobian_of_robot", jacobian_of_robot, {"q": scalars(n)}, 6 * n, axes=[(6, n)], finite=True)
 
 
 def both_kernel(robot: Robot) -> Kernel:
-    """q (n,) -> motor (8,), then the 6 n entries of the Jacobian, then the sum of q."""
+    """q (n,) -> motor (8,) and Jacobian (6, n)."""
     arrays, n = chain(robot), robot.n_joints
 
     def forward_and_jacobian_of_robot(q):
         tool, entries = trace_jacobian(arrays, q, n)
-        return [*tool.on(MOTOR), *entries, sum(q)]
+        return [*tool.on(MOTOR), *entries]
 
-    return Kernel("forward_and_jacobian_of_robot", forward_and_jacobian_of_robot, {"q": scalars(n)}, 9 + 6 * n)
+    return Kernel(
+        "forward_and_jacobian_of_robot", forward_and_jacobian_of_robot, {"q": scalars(n)}, 8 + 6 * n,
+        axes=[(8,), (6, n)], finite=True,
+    )  # fmt: skip
 
 
-MAKERS: dict[str, Callable[[Robot], Kernel]] = {
-    "forward": forward_kernel,
-    "jacobian": jacobian_kernel,
-    "both": both_kernel,
+MAKERS: dict[str, tuple[Callable[[Robot], Kernel], list[type]]] = {
+    "forward": (forward_kernel, [Motor]),
+    "jacobian": (jacobian_kernel, [np.ndarray]),
+    "forward and jacobian": (both_kernel, [Motor, np.ndarray]),
 }
-Runner = Callable[[Any, Any], bool]
 _KERNELS: dict[tuple[str, str], Kernel] = {}
-_RUNNERS: dict[tuple[str, str], Runner] = {}
 
 
 def robot_kernel(robot: Robot, what: str) -> Kernel:
-    """The kernel "forward", "jacobian" or "both" (its last output is the sum of q); robots that move alike share it."""
+    """The kernel for one of MAKERS; robots that move alike share it."""
     key = (robot.content, what)
     if key not in _KERNELS:
-        _KERNELS[key] = MAKERS[what](robot)
+        _KERNELS[key] = MAKERS[what][0](robot)
     return _KERNELS[key]
 
 
-def runner(robot: Robot, what: str) -> Runner:
-    """`run(q, out)` on flat float64 arrays for `what` of this robot.
+def run(robot: Robot, what: str, q: ArrayLike, outs: Sequence[Any]) -> list[Floats]:
+    """The general way to the outputs of a kernel: any q that numpy takes, outs given or None.
 
-    Fills out; returns whether the sizes fit and every q is finite. Kept in `robot.memo["run " + what]`, where the
-    public functions look for it first.
+    Leaves the direct way in `robot.memo[what]`, where the public functions look first.
     """
-    name = f"run {what}"
-    if name not in robot.memo:
-        key = (robot.content, what)
-        if key not in _RUNNERS:
-            _RUNNERS[key] = _make_runner(robot_kernel(robot, what), robot.n_joints)
-        robot.memo[name] = _RUNNERS[key]
-    return robot.memo[name]
-
-
-# The free names of `_run`, given to each copy of it by `_make_runner`.
-load_records: Any
-store_records: Any
-spread: Any
-sum_lanes: Any
-inline: Any
-EIGHT: Any
-ONE: Any
-n: Any
-width: Any
-
-
-# ruff: noqa: F821
-def _run(q, out):
-    """The body of every runner."""
-    count = out.size // width
-    if q.size != count * n or out.size != count * width:
-        return False
-    whole = count // 8 * 8
-    bad, tail = spread(0.0, EIGHT), 0.0
-    for i in range(0, whole, 8):
-        values = inline(*load_records(q, i, n, EIGHT))
-        store_records(out, i, values[:width])
-        bad = bad + values[width] * 0.0  # stays zero unless a q is infinite or NaN
-    for i in range(whole, count):
-        single = inline(*load_records(q, i, n, ONE))
-        store_records(out, i, single[:width])
-        tail = tail + single[width] * 0.0
-    return sum_lanes(bad) + tail == 0.0
-
-
-def _make_runner(kernel: Kernel, n: int) -> Runner:
-    from numba import config, njit
-    from numba.core import types
-
-    width = kernel.width_out - 1
-    if config.DISABLE_JIT:
-
-        def by_numpy(q, out):
-            if out.size * n != q.size * width:
-                return False
-            result = kernel.reference(q.reshape(-1, n))
-            out[:] = result[:, :width].reshape(-1)
-            return bool(np.isfinite(result[:, width]).all())
-
-        return by_numpy
-    from .. import kernels
-
-    # Not a closure: numba's cache files a closure under its cells, and the intrinsic among them differs from process to
-    # process, so that it would never be found again.
-    names = {name: getattr(kernels, name) for name in ("load_records", "store_records", "spread", "sum_lanes")}
-    names |= {"EIGHT": kernels.EIGHT, "ONE": kernels.ONE, "inline": kernel.inline, "n": n, "width": width}
-    names["__name__"] = __name__
-    dispatcher = njit(**OPTIONS)(FunctionType(_run.__code__, names, kernel.name))
-    attach_cache(dispatcher, sha256(f"checked {kernel.trace.fingerprint}".encode()).hexdigest())
-    readable = types.Array(types.float64, 1, "C", readonly=True)
-    dispatcher.compile((readable, types.Array(types.float64, 1, "C")))
-    dispatcher.disable_compile()
-    return dispatcher
-
-
-def output_array(given: Any, shape: tuple[int, ...]) -> np.ndarray:
-    """A new array, or the caller's if it fits."""
-    if given is None:
-        return np.empty(shape)
-    array = given
-    if not isinstance(array, np.ndarray):
-        raise InputError(f"expected a numpy array of shape {shape}, got {type(given).__name__}", place="out")
-    if array.shape != shape or array.dtype != np.float64 or not array.flags.c_contiguous or not array.flags.writeable:
-        raise InputError(
-            f"expected a writable C-contiguous float64 array of shape {shape}, got {array.dtype} {array.shape}",
-            place="out",
-        )
-    return array
+    kernel = robot_kernel(robot, what)
+    q = float_array(q, f"q of {robot.name!r}", last=robot.n_joints)
+    results = [output_array(out, (*q.shape[:-1], *axes)) for out, axes in zip(outs, kernel.axes, strict=True)]
+    kernel(q, out=results[0] if len(results) == 1 else results)
+    if what not in robot.memo:
+        robot.memo[what] = kernel.direct([np.ndarray], MAKERS[what][1]).call
+    return results

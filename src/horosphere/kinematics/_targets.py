@@ -93,5 +93,5 @@ def run(kernel: Any, single: tuple[bool, ...], *rows: Floats) -> Floats:
     if config.DISABLE_JIT:
         return np.broadcast_to(kernel.reference(*rows), (count, kernel.width_out))
     out = np.empty((count, kernel.width_out))
-    kernel.compiled(single)(*(row.reshape(-1) for row in rows), out.reshape(-1))
+    kernel.run(single, *rows, out)
     return out

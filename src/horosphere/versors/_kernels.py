@@ -110,7 +110,7 @@ def reflector_product(a, b):
     return a * b
 
 
-@kernel(MOTOR, screw=scalars(6))
+@kernel(MOTOR, screw=scalars(6), finite=True)
 def motor_exp(screw):
     """exp(-(w I_e + v ei)/2)."""
     return exponential(generator(screw))

@@ -52,7 +52,8 @@ class Motor(Versor):
 
         Its matrix is expm [[ [w]x, v ], [0, 0]]. Exact to rounding for every angle. Our derivation.
         """
-        return cls._wrap(k.motor_exp(float_array(screw, "screw", last=6)))
+        motor = _EXP.call(screw)
+        return cls._wrap(k.motor_exp(float_array(screw, "screw", last=6))) if motor is None else motor
 
     @classmethod
     def from_line_angle(cls, line: Line, angle: ArrayLike, advance: ArrayLike = 0.0) -> Self:
@@ -103,7 +104,8 @@ class Motor(Versor):
 
         Exact to rounding at the identity, for pure translations and at pi. Our derivation.
         """
-        return k.motor_log(self.array)
+        screw = _LOG.call(self)
+        return k.motor_log(self.array) if screw is None else screw
 
     def as_matrix(self) -> NDArray[np.float64]:
         """Rigid transforms (..., 4, 4)."""
@@ -141,6 +143,9 @@ class Motor(Versor):
     # ---- the group
     def __matmul__(self, other: Any) -> Any:
         """Compose with a versor, or move an entity: M X ~M."""
+        direct = _DIRECT.get(type(other))
+        if direct is not None and (result := direct.call(self, other)) is not None:
+            return result
         kernel = _KERNELS.get(type(other))
         if kernel is not None:
             return apply(kernel, self, other, type(other))
@@ -183,3 +188,5 @@ class Motor(Versor):
 
 
 _KERNELS = {**ACTIONS, Motor: k.motor_product}
+_DIRECT = {kind: kernel.direct([Motor, kind], [kind]) for kind, kernel in _KERNELS.items()}
+_EXP, _LOG = k.motor_exp.direct([np.ndarray], [Motor]), k.motor_log.direct([Motor], [np.ndarray])

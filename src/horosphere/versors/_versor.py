@@ -15,10 +15,11 @@ from ..algebra._tables import NULL_NAMES, TO_NULL
 from ..entities import Circle, Line, Plane, Point, PointPair, Sphere
 from ..entities._build import check_shapes
 from ..errors import InputError
+from ..kernels import Kernel
 from . import _kernels as k
 
 # entity type -> kernel of the motor action, of the reflection
-ACTIONS: dict[type, Callable[..., NDArray[np.float64]]] = {
+ACTIONS: dict[type, Kernel] = {
     Point: k.motor_point,
     Line: k.motor_line,
     Plane: k.motor_plane,
@@ -26,7 +27,7 @@ ACTIONS: dict[type, Callable[..., NDArray[np.float64]]] = {
     Circle: k.motor_round,
     PointPair: k.motor_round,
 }
-REFLECTIONS: dict[type, Callable[..., NDArray[np.float64]]] = {
+REFLECTIONS: dict[type, Kernel] = {
     Point: k.reflect_point,
     Line: k.reflect_line,
     Plane: k.reflect_plane,
