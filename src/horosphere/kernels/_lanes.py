@@ -15,6 +15,8 @@ from numba.core.errors import TypingError
 from numba.core.typing.templates import signature
 from numba.extending import intrinsic, lower_builtin, models, register_model, type_callable
 
+from ._shuffles import aligned, deinterleave, interleave, load_group, shuffle, transpose
+
 ONE = (0,)
 EIGHT = (0,) * 8
 
@@ -103,76 +105,7 @@ def lane_type(dtype, width: int):
     return dtype if width == 1 else Lanes(dtype, width)
 
 
-# ---------------------------------------------------------------- shuffles
-def _shuffle(builder, a, b, mask):
-    return builder.shuffle_vector(a, b, ir.Constant(ir.VectorType(_I32, len(mask)), mask))
-
-
-def _gather_lanes(builder, sources, wanted):
-    """The vector whose lane l is lane wanted[l][1] of sources[wanted[l][0]]: a chain of two-source shuffles."""
-    width = len(wanted)
-    first, *others = sorted({s for s, _ in wanted})
-    mask = [p if s == first else 0 for s, p in wanted]
-    result = _shuffle(builder, sources[first], ir.Constant(sources[first].type, ir.Undefined), mask)
-    for other in others:
-        mask = [width + p if s == other else lane for lane, (s, p) in enumerate(wanted)]
-        result = _shuffle(builder, result, sources[other], mask)
-    return result
-
-
-def _transpose(builder, rows):
-    """W vectors of W lanes, transposed by W log2 W butterfly shuffles."""
-    n, rows, step = len(rows), list(rows), 1
-    while step < n:
-        for i in range(n):
-            if not i & step:
-                low = [lane if not lane & step else n + (lane ^ step) for lane in range(n)]
-                high = [(lane | step) if not lane & step else n + lane for lane in range(n)]
-                a, b = rows[i], rows[i | step]
-                rows[i], rows[i | step] = _shuffle(builder, a, b, low), _shuffle(builder, a, b, high)
-        step *= 2
-    return rows
-
-
-def _deinterleave(builder, vectors, width):
-    """K vectors that hold `width` records of K in order -> K vectors, one a component."""
-    k = len(vectors)
-    if k == 1:
-        return vectors
-    if k == width and k & (k - 1) == 0:
-        return _transpose(builder, vectors)
-    if k % 2 == 0:
-        even = [_shuffle(builder, vectors[i], vectors[i + 1], list(range(0, 2 * width, 2))) for i in range(0, k, 2)]
-        odd = [_shuffle(builder, vectors[i], vectors[i + 1], list(range(1, 2 * width, 2))) for i in range(0, k, 2)]
-        halves = _deinterleave(builder, even, width), _deinterleave(builder, odd, width)
-        return [v for pair in zip(*halves) for v in pair]
-    return [_gather_lanes(builder, vectors, [divmod(r * k + c, width) for r in range(width)]) for c in range(k)]
-
-
-def _interleave(builder, vectors, width):
-    """The inverse of `_deinterleave`."""
-    k = len(vectors)
-    if k == 1:
-        return vectors
-    if k == width and k & (k - 1) == 0:
-        return _transpose(builder, vectors)
-    if k % 2 == 0:
-        result = []
-        halves = _interleave(builder, vectors[0::2], width), _interleave(builder, vectors[1::2], width)
-        for e, o in zip(*halves):
-            for part in (range(width // 2), range(width // 2, width)):
-                result.append(_shuffle(builder, e, o, [x for lane in part for x in (lane, width + lane)]))
-        return result
-    place = [[((j * width + r) % k, (j * width + r) // k) for r in range(width)] for j in range(k)]
-    return [_gather_lanes(builder, vectors, wanted) for wanted in place]
-
-
 # ---------------------------------------------------------------- memory
-def _aligned(instruction, dtype):
-    instruction.align = dtype.bitwidth // 8
-    return instruction
-
-
 def _data_pointer(context, builder, array_type, array, offset):
     data = (
         array
@@ -208,24 +141,16 @@ def load_records(typing_context, array, i, k, tag):
 
     def code(context, builder, sig, args):
         start = _data_pointer(context, builder, array, args[0], builder.mul(args[1], ir.Constant(args[1].type, count)))
-        if width > 1 and count > 8:  # long records: row loads in blocks of `width` columns, each block transposed
+        if width == 8 and count >= 4:
             values = []
-            for first in range(0, count, width):
-                columns = min(width, count - first)
-                first = min(
-                    first, count - width
-                )  # the last block overlaps the one before, nothing is read past the end
-                rows = []
-                for r in range(width):
-                    address = builder.gep(start, [_I64(r * count + first)])
-                    pointer = builder.bitcast(address, context.get_value_type(lanes).as_pointer())
-                    rows.append(_aligned(builder.load(pointer), dtype))
-                values += _transpose(builder, rows)[width - columns :]
+            for first in range(0, count, 4):
+                own = min(4, count - first)  # the last group overlaps the one before, nothing is read past the end
+                values += load_group(builder, start, count, min(first, count - 4), dtype.bitwidth)[4 - own :]
             return context.make_tuple(builder, result, values)
         if width > 1:
             start = builder.bitcast(start, context.get_value_type(lanes).as_pointer())
-        values = [_aligned(builder.load(builder.gep(start, [_I64(c)])), dtype) for c in range(count)]
-        return context.make_tuple(builder, result, _deinterleave(builder, values, width) if width > 1 else values)
+        values = [aligned(builder.load(builder.gep(start, [_I64(c)])), dtype.bitwidth) for c in range(count)]
+        return context.make_tuple(builder, result, deinterleave(builder, values, width) if width > 1 else values)
 
     return result(array, types.intp, k, tag), code
 
@@ -244,15 +169,15 @@ def store_records(typing_context, array, i, values):
             width = lanes.width
             for first in range(0, count, width):
                 first = min(first, count - width)
-                for r, row in enumerate(_transpose(builder, items[first : first + width])):
+                for r, row in enumerate(transpose(builder, items[first : first + width])):
                     address = builder.gep(start, [_I64(r * count + first)])
-                    _aligned(builder.store(row, builder.bitcast(address, row.type.as_pointer())), dtype)
+                    aligned(builder.store(row, builder.bitcast(address, row.type.as_pointer())), dtype.bitwidth)
             return context.get_dummy_value()
         if isinstance(lanes, Lanes):
-            items = _interleave(builder, items, lanes.width)
+            items = interleave(builder, items, lanes.width)
             start = builder.bitcast(start, items[0].type.as_pointer())
         for c, item in enumerate(items):
-            _aligned(builder.store(item, builder.gep(start, [_I64(c)])), dtype)
+            aligned(builder.store(item, builder.gep(start, [_I64(c)])), dtype.bitwidth)
         return context.get_dummy_value()
 
     return types.void(array, types.intp, values), code
@@ -265,7 +190,9 @@ def load_lanes(typing_context, array, offset, tag):
 
     def code(context, builder, sig, args):
         start = _data_pointer(context, builder, array, args[0], args[1])
-        return _aligned(builder.load(builder.bitcast(start, context.get_value_type(lanes).as_pointer())), array.dtype)
+        return aligned(
+            builder.load(builder.bitcast(start, context.get_value_type(lanes).as_pointer())), array.dtype.bitwidth
+        )
 
     return lanes(array, types.intp, tag), code
 
@@ -276,7 +203,7 @@ def store_lanes(typing_context, array, offset, value):
 
     def code(context, builder, sig, args):
         start = _data_pointer(context, builder, array, args[0], args[1])
-        _aligned(builder.store(args[2], builder.bitcast(start, args[2].type.as_pointer())), array.dtype)
+        aligned(builder.store(args[2], builder.bitcast(start, args[2].type.as_pointer())), array.dtype.bitwidth)
         return context.get_dummy_value()
 
     return types.void(array, types.intp, value), code
@@ -293,7 +220,7 @@ def load_columns(typing_context, array, offset, k, tag):
     def code(context, builder, sig, args):
         start = _data_pointer(context, builder, array, args[0], args[1])
         start = builder.bitcast(start, context.get_value_type(lanes).as_pointer())
-        values = [_aligned(builder.load(builder.gep(start, [_I64(c)])), array.dtype) for c in range(count)]
+        values = [aligned(builder.load(builder.gep(start, [_I64(c)])), array.dtype.bitwidth) for c in range(count)]
         return context.make_tuple(builder, result, values)
 
     return result(array, types.intp, k, tag), code
@@ -309,7 +236,7 @@ def store_columns(typing_context, array, offset, values):
         start = builder.bitcast(start, context.get_value_type(lanes).as_pointer())
         for c, (item, kind) in enumerate(zip(cgutils.unpack_tuple(builder, args[2], len(values)), values)):
             item = convert(context, builder, item, kind, lanes)
-            _aligned(builder.store(item, builder.gep(start, [_I64(c)])), array.dtype)
+            aligned(builder.store(item, builder.gep(start, [_I64(c)])), array.dtype.bitwidth)
         return context.get_dummy_value()
 
     return types.void(array, types.intp, values), code
@@ -338,8 +265,8 @@ def _reduction(name: str):
             width = value.width
             while width > 1:
                 width //= 2
-                low = _shuffle(builder, x, x, list(range(width)))
-                high = _shuffle(builder, x, x, list(range(width, 2 * width)))
+                low = shuffle(builder, x, x, list(range(width)))
+                high = shuffle(builder, x, x, list(range(width, 2 * width)))
                 if name == "add":
                     x = builder.fadd(low, high)
                 else:
