@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from ..kernels import jit
-from ._screw_kernels import add, cross, load_pose, product, row, settle, sub, times, transposed, turn_matrix
+from ._screw_kernels import add, cross, load_pose, product, row, settled, sub, times, transposed, turn_matrix
 
 
 @jit
@@ -63,4 +63,5 @@ def polish(arm, limits, motors, Q, valid, locked, steps, residual):
                 for j in range(n):
                     for r in range(6):
                         q[j] += J[r, j] * H[r, 6]
-            settle(q, limits, False)
+            for j in range(n):
+                q[j] = settled(math.sin(q[j]), math.cos(q[j]), limits[0, j], limits[1, j])

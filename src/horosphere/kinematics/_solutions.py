@@ -29,7 +29,7 @@ class IkSolutions:
     free: (..., branches) the value of the redundancy (phi, psi, q7) of each row where the solver chose it, else None.
     """
 
-    __slots__ = ("_reason", "_residual", "bits", "branch", "flags", "free", "is_closed_form", "q", "valid")
+    __slots__ = ("_free", "_reason", "_residual", "bits", "branch", "flags", "is_closed_form", "q", "valid")
 
     def __init__(
         self,
@@ -42,11 +42,17 @@ class IkSolutions:
         *,
         bits: tuple[str, ...] = (),
         flags: Mapping[str, NDArray[np.bool_]] | None = None,
-        free: Floats | None = None,
+        free: Floats | float | None = None,
     ) -> None:
         self.q, self.valid, self.branch, self.is_closed_form = q, valid, branch, is_closed_form
-        self.bits, self.flags, self.free = bits, dict(flags or {}), free
+        self.bits, self.flags, self._free = bits, flags if flags is not None else {}, free
         self._residual, self._reason = residual, reason
+
+    @property
+    def free(self) -> Floats | None:
+        if type(self._free) is float:
+            self._free = np.full(self.valid.shape, self._free)
+        return self._free  # type: ignore[return-value]
 
     @property
     def residual(self) -> Floats:

@@ -40,18 +40,20 @@ class Solver:
     table: NDArray[np.int64]
     joints: int
     branches: int
+    kind: int | None
     loop: Any
+    rest: Floats  # (1, n) zeros: no seed
 
     def rows(self, motors: Floats, value: Floats | None, seeds: Floats):
-        """q (m, branches, n), valid, gap (m,), free, residual or None; all arguments C-contiguous and writable."""
+        """q (m, branches, n), valid, gap (m,), free, residual or None; motors C-contiguous and read-only, the others writable."""
         count = len(motors)
-        q = np.zeros((count, self.branches, self.joints))
+        q = np.empty((count, self.branches, self.joints))
         valid, free = np.empty((count, self.branches), bool), np.empty((count, self.branches), bool)
         gap = np.empty(count)
         if value is None:
             self.loop(self.arm, self.limits, motors, seeds, q, valid, gap, free)
         else:
-            self.loop(self.arm, self.limits, motors, value, seeds, q, valid, gap, free)
+            self.loop(self.kind, self.arm, self.limits, motors, value, seeds, q, valid, gap, free)
         return q, valid, gap, free, self.polished(motors, q, valid)
 
     def polished(self, motors: Floats, q: Floats, valid: NDArray[np.bool_]) -> Floats | None:
@@ -90,7 +92,9 @@ def solver(robot: Any) -> Solver:
     made = Solver(
         structure, np.ascontiguousarray(arm), np.ascontiguousarray(true_arm),
         np.array([robot.limits.lower, robot.limits.upper]), branch_table(len(structure.bits)), n, structure.branches,
-        getattr(_seven_kernels if structure.name in ("sew7", "srs7") else _six_kernels, structure.name),
+        _seven_kernels.SRS7 if structure.name == "srs7" else _seven_kernels.SEW7,
+        _seven_kernels.seven if n == 7 else getattr(_six_kernels, structure.name),
+        np.zeros((1, n)),
     )  # fmt: skip
     robot.memo["ik solver"] = made
     return made
@@ -107,9 +111,13 @@ def structured_inverse(
     made = robot.memo.get("ik solver") or solver(robot)
     structure, n = made.structure, made.joints
     motor = pose_motor(target)
-    if motor.ndim == 1 and type(parameter) is float and seed is None and math.isfinite(parameter):
-        rows = made.rows(motor.copy().reshape(1, 8), np.full(1, parameter), np.zeros((1, n)))
-        return _package(robot, made, (), motor, *rows, parameter)  # one pose, the quick way
+    if motor.ndim == 1 and seed is None:  # one pose, the quick way
+        if structure.parameter is None:
+            return _package(robot, made, (), motor, *made.rows(motor.reshape(1, 8), None, made.rest), None)
+        if type(parameter) is float and math.isfinite(parameter):
+            value = np.empty(1)
+            value[0] = parameter
+            return _package(robot, made, (), motor, *made.rows(motor.reshape(1, 8), value, made.rest), parameter)
     seeds = np.zeros(n) if seed is None else float_array(seed, "seed", last=n)
     redundant = structure.parameter is not None
     given = None if parameter is None else float_array(parameter, str(structure.parameter))
@@ -117,6 +125,7 @@ def structured_inverse(
     if seeds.ndim > 1 or (given is not None and given.ndim):
         batch = np.broadcast_shapes(batch, seeds.shape[:-1], () if given is None else given.shape)
     motors, kept = _rows(motor, batch, 8), _rows(seeds, batch, n)
+    motors.setflags(write=False)  # as a Motor's own array: one compilation serves both
     value = None
     if redundant and given is not None:
         value = np.array(np.broadcast_to(given, batch)).reshape(-1)
@@ -133,13 +142,14 @@ def structured_inverse(
 
 def _package(robot, made: Solver, batch, motor, q, valid, gap, free, residual, shown) -> IkSolutions:
     """The rows of the compiled loop as a result on the batch."""
-    shape = (*batch, made.branches)
-    q, valid = q.reshape(*shape, made.joints), valid.reshape(shape)
-    if type(shown) is float:
-        shown = np.full(made.branches, shown)
+    if batch == ():
+        q, valid, free = q[0], valid[0], free[0]
+    else:
+        shape = (*batch, made.branches)
+        q, valid, free = q.reshape(*shape, made.joints), valid.reshape(shape), free.reshape(shape)
 
     def error() -> Floats:
-        return pose_residual(robot, q, motor) if residual is None else residual.reshape(shape)
+        return pose_residual(robot, q, motor) if residual is None else residual.reshape(valid.shape)
 
     def reason() -> Any:
         return reach_reasons(
@@ -147,9 +157,8 @@ def _package(robot, made: Solver, batch, motor, q, valid, gap, free, residual, s
         )
 
     return IkSolutions(
-        q, valid, made.table, error, True, reason,
-        bits=made.structure.bits, flags={"angle_kept": free.reshape(shape)}, free=shown,
-    )  # fmt: skip
+        q, valid, made.table, error, True, reason, bits=made.structure.bits, flags={"angle_kept": free}, free=shown
+    )
 
 
 def _rows(array: Floats, batch: tuple[int, ...], width: int) -> Floats:
@@ -163,14 +172,14 @@ def _best(made: Solver, motors: Floats, seeds: Floats):
     """For every branch the redundancy with the largest distance to the joint limits."""
     from ._seven_kernels import best
 
-    kind, low, high = 1, -np.pi, np.pi
+    low, high = -np.pi, np.pi
     if made.structure.name == "sew7":
-        j, kind = (0 if made.structure.is_reversed else 6), 0
+        j = 0 if made.structure.is_reversed else 6
         low, high = np.maximum(made.limits[0, j], -np.pi), np.minimum(made.limits[1, j], np.pi)
     count = len(motors)
-    q, value = np.zeros((count, 8, made.joints)), np.empty((count, 8))
+    q, value = np.empty((count, 8, made.joints)), np.empty((count, 8))
     valid, free, gap = np.empty((count, 8), bool), np.zeros((count, 8), bool), np.empty(count)
-    best(kind, made.arm, made.limits, float(low), float(high), _SAMPLES, motors, seeds, value, q, valid, gap, free)
+    best(made.kind, made.arm, made.limits, float(low), float(high), _SAMPLES, motors, seeds, value, q, valid, gap, free)
     return q, valid, gap, free, made.polished(motors, q, valid), value
 
 
