@@ -7,8 +7,6 @@ also where the chain is solved from its tip.
 
 import math
 
-import numpy as np
-
 from ..kernels import (
     EIGHT,
     jit,

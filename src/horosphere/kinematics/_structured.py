@@ -113,11 +113,11 @@ def structured_inverse(
     motor = pose_motor(target)
     if motor.ndim == 1 and seed is None:  # one pose, the quick way
         if structure.parameter is None:
-            return _package(robot, made, (), motor, *made.rows(motor.reshape(1, 8), None, made.rest), None)
+            return _package(robot, made, (), motor, *made.rows(motor.reshape(1, 8), None, made.rest))
         if type(parameter) is float and math.isfinite(parameter):
             value = np.empty(1)
             value[0] = parameter
-            return _package(robot, made, (), motor, *made.rows(motor.reshape(1, 8), value, made.rest), parameter)
+            return _package(robot, made, (), motor, *made.rows(motor.reshape(1, 8), value, made.rest), shown=parameter)
     seeds = np.zeros(n) if seed is None else float_array(seed, "seed", last=n)
     redundant = structure.parameter is not None
     given = None if parameter is None else float_array(parameter, str(structure.parameter))
@@ -140,7 +140,7 @@ def structured_inverse(
     return _package(robot, made, batch, motor, q, valid, gap, free, residual, shown)
 
 
-def _package(robot, made: Solver, batch, motor, q, valid, gap, free, residual, shown) -> IkSolutions:
+def _package(robot, made: Solver, batch, motor, q, valid, gap, free, residual, shown=None) -> IkSolutions:
     """The rows of the compiled loop as a result on the batch."""
     if batch == ():
         q, valid, free = q[0], valid[0], free[0]
