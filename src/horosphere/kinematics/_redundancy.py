@@ -82,7 +82,9 @@ def _psi_candidates(made: Solver, motor: Floats) -> Floats:
     R, w = np.array(R).reshape(3, 3), np.array(R).reshape(3, 3) @ W + np.array(t) - S
     found = [-np.pi, np.pi]
     for sign in (1.0, -1.0):
-        sine, cosine, good = elbow_root(tuple(chain.points[3]), tuple(n[3]), tuple(W), tuple(S), float(w @ w), sign)
+        sine, cosine, good = elbow_root(
+            tuple(chain.points[3]), tuple(n[3]), tuple(W), tuple(S), float(w @ w), sign, 0.0
+        )
         if good < 0.0:
             break
         R4 = _turn(n[3], sine, cosine)

@@ -4,7 +4,9 @@ A number is a float64 or a lane vector: the branches of one pose are computed si
 between them (the sign of a root, a degenerate case) is data and not a branch in the code.
 
 An arm is one array (k, 3), rows: n unit axes and n points on them at q = 0 in the base frame; rotation (3) and translation of
-the inverse home pose; (1 if the chain is solved from its tip, a number, 0); points fixed in links, as each solver says.
+the inverse home pose; (1 if the chain is solved from its tip, a number, `soft`); points fixed in links, as each solver says.
+`soft` is 0 for exact structures. Where the true axes miss the structure, roots that it puts out of reach by this relative
+amount are kept, and pulled apart, as starts for Newton steps on the true axes: else double roots would be lost.
 Three steps carry everything: the roots of A + B cos q + C sin q = l, the angle about an axis that takes one vector to another
 (the ratio formula), and the decomposition of a rotation about three axes. Our derivation; docs/inverse-kinematics.md.
 Flags are numbers, 1 for yes; `good` is not negative where a root is real.
@@ -203,23 +205,23 @@ def ratio(n, x, y):
 
 
 @jit
-def root(offset, b, c, level, rest, sign):
+def root(offset, b, c, level, rest, sign, soft):
     """(sine, cosine) of a root of offset + b cos q + c sin q = level, and `good`; sign 1 or -1 chooses which.
 
     rest = b^2 + c^2 - (level - offset)^2, given by the caller in a form without cancellation.
     """
     h2 = b * b + c * c
-    w = sign * lane_sqrt(lane_max(rest, 0.0))
+    w = sign * lane_sqrt(lane_max(rest, soft * h2))
     g = level - offset
     k = 1.0 / lane_sqrt(lane_max(g * g + w * w, TINY) * lane_max(h2, TINY))  # equals 1 / h^2 where real
-    return (c * g + b * w) * k, (b * g - c * w) * k, lane_where_lt(0.0, h2, rest + TOUCH * h2, -1.0)
+    return (c * g + b * w) * k, (b * g - c * w) * k, lane_where_lt(0.0, h2, rest + (TOUCH + soft) * h2, -1.0)
 
 
 @jit
-def simple_root(offset, b, c, level, sign):
+def simple_root(offset, b, c, level, sign, soft):
     """`root` with the plain factorised remainder."""
     h, g = lane_sqrt(b * b + c * c), level - offset
-    return root(offset, b, c, level, (h - g) * (h + g), sign)
+    return root(offset, b, c, level, (h - g) * (h + g), sign, soft)
 
 
 @jit
@@ -236,7 +238,7 @@ def normalised(x):
 
 
 @jit
-def decompose(n1, n2, n3, R, sign, kept):
+def decompose(n1, n2, n3, R, sign, kept, soft):
     """Sines and cosines (s1, c1, s2, c2, s3, c3) of turn(n1) turn(n2) turn(n3) = R, then (good, free).
 
     sign: the middle root. kept: (sine, cosine) of the first angle where the outer axes coincide; the third is then relative to it.
@@ -250,7 +252,7 @@ def decompose(n1, n2, n3, R, sign, kept):
     # (1 - alpha^2)(1 - gamma^2) - (level - offset)^2 with 1 - level^2 = |n1 x r3|^2: exact where n1, n2, n3 are at
     # right angles
     rest = w2 - alpha * alpha - gamma * gamma + 2.0 * offset * level
-    s2, c2, good = root(offset, dot(n1, n3) - offset, dot(n1, cross(n2, n3)), level, rest, sign)
+    s2, c2, good = root(offset, dot(n1, n3) - offset, dot(n1, cross(n2, n3)), level, rest, sign, soft)
     s1, c1, free = ratio(n1, turn(n2, s2, c2, n3), r3)
     free = lane_where_lt(w2, ALIGNED * ALIGNED, 1.0, free)
     s1, c1 = lane_where_lt(0.5, free, kept[0], s1), lane_where_lt(0.5, free, kept[1], c1)
@@ -270,14 +272,14 @@ def frame(a, b):
 
 
 @jit
-def elbow_root(p, n, x, fixed, r2, sign):
+def elbow_root(p, n, x, fixed, r2, sign, soft):
     """The angle (sine, cosine) about the axis (p, n) that brings x to the distance sqrt(r2) from `fixed`, and `good`."""
     v = sub(x, p)
     along = dot(v, n)
     b = blend(1.0, v, -along, n)
     centre = add(sub(p, fixed), scale(along, n))
     c = cross(n, b)
-    return simple_root(dot(centre, centre) + dot(b, b), 2.0 * dot(centre, b), 2.0 * dot(centre, c), r2, sign)
+    return simple_root(dot(centre, centre) + dot(b, b), 2.0 * dot(centre, b), 2.0 * dot(centre, c), r2, sign, soft)
 
 
 @jit

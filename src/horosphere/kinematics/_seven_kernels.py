@@ -70,6 +70,7 @@ def sew7_rows(arm, limits, pose, last, kept1, kept5):
     misses its range.
     """
     R, t = pose
+    soft = arm[18, 2]
     n1, n2, n3, n4, n5, n6, n7 = (
         row(arm, 0), row(arm, 1), row(arm, 2), row(arm, 3), row(arm, 4), row(arm, 5), row(arm, 6),
     )  # fmt: skip
@@ -84,7 +85,7 @@ def sew7_rows(arm, limits, pose, last, kept1, kept5):
     length2, u6 = dot(u, u), dot(u, m6)
     v = cross(m6, u)
     across = dot(v, v)
-    s4, c4, near = elbow_root(p4, n4, W, S, length2, elbow)
+    s4, c4, near = elbow_root(p4, n4, W, S, length2, elbow, soft)
     gap = min_lane(missing(near, reach_gap(p4, n4, W, S, lane_sqrt(length2))))
     u0 = sub(S, add(turn(n4, s4, c4, sub(W, p4)), p4))  # S seen from W, and axis 5, in the frame of link 3
     m5 = turn(n4, s4, c4, n5)
@@ -93,9 +94,9 @@ def sew7_rows(arm, limits, pose, last, kept1, kept5):
     # n5 with n5.u = z, n5.n6 = c56; the remainder from the distance of S to axis 5, not from |u|^2 - z^2
     away = dot(off, off)
     rest = (1.0 - c56 * c56) * away - (u6 - c56 * z) * (u6 - c56 * z)
-    good = lane_where_lt(0.0, across, lane_min(near, rest + TOUCH * length2), -1.0)
+    good = lane_where_lt(0.0, across, lane_min(near, rest + (TOUCH + soft) * length2), -1.0)
     inverse = 1.0 / lane_max(across, TINY)
-    bend = wrist * lane_sqrt(lane_max(rest, 0.0)) * inverse
+    bend = wrist * lane_sqrt(lane_max(rest, soft * length2)) * inverse
     base = blend((z - c56 * u6) * inverse, u, (c56 * length2 - z * u6) * inverse, m6)
     R3 = product(frame(u, blend(1.0, base, bend, v)), transposed(frame(u0, m5)))
     if lane_mask_lt(away, FREE * FREE) != 0:  # S on axis 5: the arm plane is free; keep q5
@@ -108,7 +109,7 @@ def sew7_rows(arm, limits, pose, last, kept1, kept5):
     s5, c5, _ = ratio(n5, n6, times_t(R4, m6))
     x6 = any_normal(n6)
     y6 = turn(n5, -s5, c5, times_t(R4, times(R6, x6)))
-    (s1, c1, s2, c2, s3, c3), real, loose = decompose(n1, n2, n3, R3, shoulder, kept1)
+    (s1, c1, s2, c2, s3, c3), real, loose = decompose(n1, n2, n3, R3, shoulder, kept1, soft)
     good = lane_min(good, real)
     sines = s1, s2, s3, s4, s5, dot(cross(x6, y6), n6), s7
     q = angles7(sines, (c1, c2, c3, c4, c5, dot(x6, y6), c7), limits, arm[18, 0] > 0.5)
@@ -123,6 +124,7 @@ def srs7_rows(arm, limits, pose, psi, kept1, kept5):
     fixed normal of it where S-W is parallel to axis 1). Otherwise as `sew7_rows`.
     """
     R, t = pose
+    soft = arm[18, 2]
     n1, n2, n3, n4, n5, n6, n7 = (
         row(arm, 0), row(arm, 1), row(arm, 2), row(arm, 3), row(arm, 4), row(arm, 5), row(arm, 6),
     )  # fmt: skip
@@ -130,7 +132,7 @@ def srs7_rows(arm, limits, pose, psi, kept1, kept5):
     shoulder, elbow, wrist = load_lanes(SIGNS, 0, EIGHT), load_lanes(SIGNS, 8, EIGHT), load_lanes(SIGNS, 16, EIGHT)
     w = sub(add(times(R, W), t), S)
     length2 = dot(w, w)
-    s4, c4, good = elbow_root(p4, n4, W, S, length2, elbow)
+    s4, c4, good = elbow_root(p4, n4, W, S, length2, elbow, soft)
     gap = missing(good, reach_gap(p4, n4, W, S, lane_sqrt(length2)))
     u = normalised(w)
     r = cross(n1, u)
@@ -144,8 +146,8 @@ def srs7_rows(arm, limits, pose, psi, kept1, kept5):
     F0 = frame(w0, either(flat, enough, cross(n4, w0), e0))
     R3 = product(frame(u, blend(c, r, s, cross(u, r))), transposed(F0))
     R57 = product(transposed(product(R3, turn_matrix(n4, s4, c4))), R)
-    (s1, c1, s2, c2, s3, c3), real1, free1 = decompose(n1, n2, n3, R3, shoulder, kept1)
-    (s5, c5, s6, c6, s7, c7), real5, free5 = decompose(n5, n6, n7, R57, wrist, kept5)
+    (s1, c1, s2, c2, s3, c3), real1, free1 = decompose(n1, n2, n3, R3, shoulder, kept1, soft)
+    (s5, c5, s6, c6, s7, c7), real5, free5 = decompose(n5, n6, n7, R57, wrist, kept5, soft)
     good = lane_min(lane_min(real1, real5), good)
     q = angles7((s1, s2, s3, s4, s5, s6, s7), (c1, c2, c3, c4, c5, c6, c7), limits, arm[18, 0] > 0.5)
     return q, good, lane_where_lt(flat, enough, 1.0, lane_max(free1, free5)), gap

@@ -19,6 +19,7 @@ from ._wrist_arms import pose_residual, reach_reasons
 Floats = NDArray[np.float64]
 _EXACT = 1e-11  # metres: structures missed by more are polished on the true axes
 _POLISHED = 1e-10  # residual (m, rad) that a polished row must reach
+_STEPS = 25  # of Newton, at most: from double roots it converges only by halves
 _SAMPLES = 32  # of the redundancy, where its best value is looked for
 _WORDS = {
     "sew7": "the distance from the shoulder to the wrist is out of range for this q7",
@@ -65,7 +66,7 @@ class Solver:
 
         residual = np.full(valid.shape, np.inf)
         locked = {"q7": 6, "q1": 0}.get(self.structure.parameter or "", -1)
-        polish(self.true_arm, self.limits, motors, q, valid, locked, 12 if gap > 1e-6 else 3, residual)
+        polish(self.true_arm, self.limits, motors, q, valid, locked, _STEPS, residual)
         valid &= residual < _POLISHED
         return residual
 
@@ -84,8 +85,9 @@ def solver(robot: Any) -> Solver:
     assert chain is not None and special is not None
     n = len(chain.axes)
     number = float(structure.mode) if structure.name == "spherical6" else max(1e-9, 10.0 * structure.gap)
+    soft = min(50.0 * structure.gap, 0.01) if structure.gap > _EXACT else 0.0
     home = np.linalg.inv(np.linalg.inv(chain.home) if structure.is_reversed else chain.home)
-    tail = [home[:3, :3], home[None, :3, 3], [[float(structure.is_reversed), number, 0.0]]]
+    tail = [home[:3, :3], home[None, :3, 3], [[float(structure.is_reversed), number, soft]]]
     arm = np.concatenate([chain.axes, chain.points, *tail, special])
     true = chain.reversed() if structure.is_reversed else chain
     true_arm = np.concatenate([true.axes, true.points, *tail[:2], [[0.0, 0.0, 0.0]]])
