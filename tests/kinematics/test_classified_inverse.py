@@ -14,6 +14,7 @@ from horosphere.versors import Motor
 CASES = {
     "ur5": (arms.UR5, "parallel6", False, None),
     "skew ur": (arms.SKEW_UR, "parallel6", False, None),
+    "ur with axes against each other": (arms.ANTIPARALLEL_UR, "parallel6", False, None),
     "iiwa": (arms.IIWA, "srs7", False, "psi"),
     "srs with elbow offset": (arms.OFFSET_SRS, "srs7", False, "psi"),
     "srs with skew axes": (arms.SKEW_SRS, "srs7", False, "psi"),

@@ -11,13 +11,14 @@ from ..errors import InputError
 from ..numeric import float_array, wrap_angle
 from ._humanoid_geometry import gripper_circle, humanoid_branches
 from ._solutions import IkSolutions, branch_table
-from ._targets import GripperOnPlane, broadcast_rows, pose_arrays, run
+from ._targets import GripperOnPlane, angle_column, batch_shape, broadcast_rows, pose_arrays, run, run_one
 
 Floats = NDArray[np.float64]
 
 BITS = ("back", "elbow", "flip")
 REACH_TOLERANCE = 1e-13  # of the squared half distance of the elbow pair, over (d1 + d2)^2: arm stretched or folded
 POSE_TOLERANCE = 1e-9  # radians: how far the forearm may lie out of the plane that a wanted hinge allows
+_NO_HINGE = np.zeros(3)
 _SCAN = 120  # samples of phi in the strict reading; two roots closer than 3 degrees may be missed
 
 
@@ -32,7 +33,9 @@ def humanoid_inverse(
     in `.free`, and rows are one block of 8 per root.
     Source: [Humanoid] section V, corrected (docs/errata.md).
     """
-    arm = arm_parameters(robot.closed_form[1])
+    arm = robot.memo.get("arm lengths")
+    if arm is None:
+        arm = robot.memo["arm lengths"] = arm_parameters(robot.closed_form[1])
     seed_rows = np.zeros(5) if seed is None else float_array(seed, "seed", last=5)
     if not isinstance(target, GripperOnPlane):
         if phi is not None or strict:
@@ -42,13 +45,18 @@ def humanoid_inverse(
         if phi is not None:
             raise InputError("the strict reading finds phi itself", place="phi", remedy="leave phi out")
         return _strict(robot, arm, target, seed_rows)
-    angle = float_array(0.0 if phi is None else phi, "phi")
-    batch = np.broadcast_shapes(target.point.shape[:-1], target.normal.shape[:-1], angle.shape, seed_rows.shape[:-1])
-    pt, n, at, kept = broadcast_rows(batch, target.point, target.normal, angle[..., None], seed_rows)
+    angle = np.zeros(1) if phi is None else angle_column(phi, "phi")
+    batch = batch_shape(target.point, target.normal, angle, seed_rows)
+    if batch == ():
+        circle = run_one(gripper_circle, (False, False, False, True), target.point, target.normal, angle, arm[4:])
+        p2, single = circle[0, :3], (False, False, False, False, True)
+        table = run_one(humanoid_branches, single, p2, target.point, seed_rows, _NO_HINGE, arm)
+        one = _Branches(table, batch, gripper_spare=circle[0, 3] > 0.5)
+        return one.solutions(robot, arm, lambda q: plane_residual(arm, q, target.point, p2))
+    pt, n, at, kept = broadcast_rows(batch, target.point, target.normal, angle, seed_rows)
     p2, spare = wrists(arm, pt, n, at)
     table = branches(arm, p2, pt, kept)
-    result = _Branches(table, batch)
-    result.flags["gripper_spare"] = spare.reshape(batch)
+    result = _Branches(table, batch, gripper_spare=spare.reshape(batch))
     return result.solutions(robot, arm, lambda q: plane_residual(arm, q, pt.reshape(*batch, 3), p2.reshape(*batch, 3)))
 
 
@@ -85,24 +93,32 @@ def candidates(arm: Floats, pt: Floats, n: Floats, phi: Floats) -> tuple[Floats,
 class _Branches:
     """The raw table as named arrays on the batch."""
 
-    def __init__(self, table: Floats, batch: tuple[int, ...]) -> None:
+    def __init__(self, table: Floats, batch: tuple[int, ...], **flags: NDArray[np.bool_]) -> None:
+        self.table, self.batch, self.more = table, batch, flags
         self.q = np.ascontiguousarray(table[:, :40]).reshape(*batch, 8, 5)
-        reach = table[:, 40:42].reshape(*batch, 2)
+        self.reach = table[:, 40:42].reshape(*batch, 2)
         self.gap = table[:, 42:44].reshape(*batch, 2)
-        self.valid = np.repeat(reach > -REACH_TOLERANCE, 4, axis=-1)
-        self.miss = np.repeat(np.abs(table[:, 49:53]).reshape(*batch, 4), 2, axis=-1)
-        self.side = table[:, 53:57].reshape(*batch, 4)
-        self.flags = {
-            "on_axis": (table[:, 44] > 0.5).reshape(batch),  # wrist on the torso axis: theta1 kept
-            "stretched": np.repeat(np.abs(reach) < 1e-12, 4, axis=-1),  # both elbows are one
-            "straight_wrist": np.repeat((table[:, 45:49] > 0.5).reshape(*batch, 4), 2, axis=-1),  # theta4 kept
+        self.valid = (self.reach > -REACH_TOLERANCE).repeat(4, axis=-1)
+
+    @property
+    def miss(self) -> Floats:
+        """(..., 8) how far the forearm lies out of the plane that a wanted hinge allows."""
+        return np.repeat(np.abs(self.table[:, 49:53]).reshape(*self.batch, 4), 2, axis=-1)
+
+    def flags(self) -> dict[str, NDArray[np.bool_]]:
+        straight = (self.table[:, 45:49] > 0.5).reshape(*self.batch, 4)
+        return {
+            "on_axis": (self.table[:, 44] > 0.5).reshape(self.batch),  # wrist on the torso axis: theta1 kept
+            "stretched": np.repeat(np.abs(self.reach) < 1e-12, 4, axis=-1),  # both elbows are one
+            "straight_wrist": np.repeat(straight, 2, axis=-1),  # theta4 kept
+            **self.more,
         }
 
     def solutions(self, robot: Any, arm: Floats, residual: Any, free: Floats | None = None) -> IkSolutions:
         q, valid, gap = self.q, self.valid, self.gap
         return IkSolutions(
             q, valid, branch_table(3), lambda: residual(q), True,
-            lambda: _reasons(valid, gap, arm, self.flags.get("pose")), bits=BITS, flags=self.flags, free=free,
+            lambda: _reasons(valid, gap, arm, self.more.get("pose")), bits=BITS, flags=self.flags, free=free,
         )  # fmt: skip
 
 
@@ -155,14 +171,16 @@ def _of_pose(robot: Any, arm: Floats, rotation: Floats, origin: Floats, seed: Fl
     pt, gripper, hinge, kept = broadcast_rows(batch, origin, rotation[..., :, 1], rotation[..., :, 2], seed)
     p2 = pt - arm[4] * gripper
     result = _Branches(branches(arm, p2, pt, kept, hinge), batch)
-    flip = np.stack([result.side > 0.0, result.side < 0.0], axis=-1).reshape(*batch, 8)
-    possible = result.miss < POSE_TOLERANCE
-    result.flags["pose"] = result.valid.any(axis=-1) & ~(result.valid & possible & flip).any(axis=-1)
-    result.valid = result.valid & possible & flip
+    side, miss = result.table[:, 53:57].reshape(*batch, 4), result.miss
+    flip = np.stack([side > 0.0, side < 0.0], axis=-1).reshape(*batch, 8)
+    possible = miss < POSE_TOLERANCE
+    possible &= flip
+    result.more["pose"] = np.asarray(result.valid.any(axis=-1) & ~(result.valid & possible).any(axis=-1))
+    result.valid = result.valid & possible
 
     def residual(q: Floats) -> Floats:
         points = plane_residual(arm, q, pt.reshape(*batch, 3), p2.reshape(*batch, 3))
-        return np.maximum(points, np.where(flip, result.miss, np.maximum(result.miss, np.pi)))
+        return np.maximum(points, np.where(flip, miss, np.maximum(miss, np.pi)))
 
     return result.solutions(robot, arm, residual)
 

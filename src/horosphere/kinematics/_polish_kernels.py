@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from ..kernels import jit
-from ._screw_kernels import add, cross, load_pose, product, row, settle, sub, times, transposed, turn_matrix
+from ._screw_kernels import add, cross, load_pose, product, row, settled, sub, times, transposed, turn_matrix
 
 
 @jit
@@ -16,7 +16,7 @@ def polish(arm, limits, motors, Q, valid, locked, steps, residual):
     locked: index of a joint to leave alone, or -1."""
     n = Q.shape[2]
     J, e = np.empty((6, n)), np.empty(6)
-    H = np.empty((6, 7))
+    H, dq = np.empty((6, 7)), np.empty(n)
     for i in range(motors.shape[0]):
         R, t = load_pose(motors, i, arm, n)
         for k in range(Q.shape[1]):
@@ -60,7 +60,13 @@ def polish(arm, limits, motors, Q, valid, locked, steps, residual):
                     for c in range(r + 1, 6):
                         H[r, 6] -= H[r, c] * H[c, 6]
                     H[r, 6] /= H[r, r]
+                longest = 0.0
                 for j in range(n):
+                    dq[j] = 0.0
                     for r in range(6):
-                        q[j] += J[r, j] * H[r, 6]
-            settle(q, limits, False)
+                        dq[j] += J[r, j] * H[r, 6]
+                    longest = max(longest, abs(dq[j]))
+                for j in range(n):
+                    q[j] += dq[j] * min(1.0, 0.2 / max(longest, 1e-300))
+            for j in range(n):
+                q[j] = settled(math.sin(q[j]), math.cos(q[j]), limits[0, j], limits[1, j])

@@ -48,6 +48,7 @@ def _allowed(made: Solver, motor: Floats, values: Floats, tolerance: float) -> N
     """(k, branches) the branch exists at each value and is inside the limits."""
     count = len(values)
     poses = np.array(np.broadcast_to(motor, (count, 8)))
+    poses.setflags(write=False)
     q, valid, _, _, _ = made.rows(poses, np.ascontiguousarray(values), np.zeros((count, made.joints)))
     lower, upper = made.limits[0] - tolerance, made.limits[1] + tolerance
     return valid & ((q >= lower) & (q <= upper)).all(axis=-1)
@@ -72,7 +73,7 @@ def _psi_candidates(made: Solver, motor: Floats) -> Floats:
     The rotation of the upper arm is R(psi) = A + B cos psi + C sin psi; a joint at its limit m is an equation a.R b =
     k.
     """
-    from ._screw_kernels import elbow_roots, load_pose
+    from ._screw_kernels import elbow_root, load_pose
 
     chain, special = made.structure.screws, made.structure.special
     assert chain is not None and special is not None
@@ -80,10 +81,12 @@ def _psi_candidates(made: Solver, motor: Floats) -> Floats:
     R, t = load_pose(motor[None].copy(), 0, made.arm, 7)
     R, w = np.array(R).reshape(3, 3), np.array(R).reshape(3, 3) @ W + np.array(t) - S
     found = [-np.pi, np.pi]
-    roots = elbow_roots(tuple(chain.points[3]), tuple(n[3]), tuple(W), tuple(S), float(w @ w))
-    if not roots[4]:
-        return np.array(found)
-    for sine, cosine in (roots[:2], roots[2:4]):
+    for sign in (1.0, -1.0):
+        sine, cosine, good = elbow_root(
+            tuple(chain.points[3]), tuple(n[3]), tuple(W), tuple(S), float(w @ w), sign, 0.0
+        )
+        if good < 0.0:
+            break
         R4 = _turn(n[3], sine, cosine)
         w0 = chain.points[3] + R4 @ (W - chain.points[3]) - S
         u, side = w / np.linalg.norm(w), E - S

@@ -1,19 +1,45 @@
 """The steps that every closed form is made of, for compiled loops: vectors as tuples of three numbers, rotations as nine.
 
+A number is a float64 or a lane vector: the branches of one pose are computed side by side, one a lane, so whatever differs
+between them (the sign of a root, a degenerate case) is data and not a branch in the code.
+
 An arm is one array (k, 3), rows: n unit axes and n points on them at q = 0 in the base frame; rotation (3) and translation of
-the inverse home pose; (1 if the chain is solved from its tip, a number, 0); points fixed in links, as each solver says.
+the inverse home pose; (1 if the chain is solved from its tip, a number, `soft`); points fixed in links, as each solver says.
+`soft` is 0 for exact structures. Where the true axes miss the structure, roots that it puts out of reach by this relative
+amount are kept, and pulled apart, as starts for Newton steps on the true axes: else double roots would be lost.
 Three steps carry everything: the roots of A + B cos q + C sin q = l, the angle about an axis that takes one vector to another
 (the ratio formula), and the decomposition of a rotation about three axes. Our derivation; docs/inverse-kinematics.md.
+Flags are numbers, 1 for yes; `good` is not negative where a root is real.
 """
 
 import math
 
-from ..kernels import jit
+import numpy as np
+
+from ..kernels import atan2, jit, kernel, lane_mask_lt, lane_max, lane_sqrt, lane_where_lt, sincos
 
 FREE = 1e-10  # sine below which an angle is free and kept from the seed
 TOUCH = 3e-11  # relative overshoot of a double root that is taken for rounding (axes of URDF files are off by 3e-12)
 # Sine between the outer axes of three below which the first angle is kept from the seed; it costs as much in the pose.
 ALIGNED = 2e-11
+TINY = 1e-300
+# Signs of the three bits of rows 0..7, the first bit most significant: which root each lane takes.
+SIGNS = np.array([[1.0, 1, 1, 1, -1, -1, -1, -1], [1, 1, -1, -1, 1, 1, -1, -1], [1, -1, 1, -1, 1, -1, 1, -1]])
+
+
+@kernel(1, y=None, x=None)
+def angle_of(y, x):
+    """atan2(y, x)."""
+    return [atan2(y, x)]
+
+
+@kernel(2, x=None)
+def sine_cosine(x):
+    """(sin x, cos x)."""
+    return list(sincos(x))
+
+
+_angle = angle_of.inline
 
 
 @jit
@@ -132,31 +158,34 @@ def load_pose(motors, i, arm, n):
 
 
 @jit
-def settle(q, limits, turned):
-    """Angles of one row brought into the robot's order, (-pi, pi], and moved by a turn where only that is inside the
-    limits.
-    """
-    n = q.shape[0]
-    if turned:
-        for j in range(n // 2):
-            q[j], q[n - 1 - j] = q[n - 1 - j], q[j]
-        for j in range(n):
-            q[j] = -q[j]
-    for j in range(n):
-        x = q[j]
-        if x > math.pi or x <= -math.pi:
-            x -= 2.0 * math.pi * math.ceil((x - math.pi) / (2.0 * math.pi))
-        if x < limits[0, j] and limits[0, j] <= x + 2.0 * math.pi <= limits[1, j]:
-            x += 2.0 * math.pi
-        elif x > limits[1, j] and limits[0, j] <= x - 2.0 * math.pi <= limits[1, j]:
-            x -= 2.0 * math.pi
-        q[j] = x
+def settled(s, c, lower, upper):
+    """The angle in (-pi, pi] with sine s and cosine c (of any common length), brought inside the limits."""
+    (x,) = _angle(s, c)
+    return inside(lane_where_lt(-math.pi, x, x, math.pi), lower, upper)
+
+
+@jit
+def inside(x, lower, upper):
+    """The angle x, moved by a turn where only that is inside the limits."""
+    moved = lane_where_lt(x, lower, x + 2.0 * math.pi, lane_where_lt(upper, x, x - 2.0 * math.pi, x))
+    return lane_where_lt(moved, lower, x, lane_where_lt(upper, moved, x, moved))
+
+
+@jit
+def either(a, b, x, y):
+    """Where a < b the numbers of x, else those of y (tuples of three)."""
+    return (
+        lane_where_lt(a, b, x[0], y[0]),
+        lane_where_lt(a, b, x[1], y[1]),
+        lane_where_lt(a, b, x[2], y[2]),
+    )
 
 
 @jit
 def seeded(seeds, i, j, arm, n):
-    """The seed of the chain's angle j (of the reversed chain: minus the one from the other end)."""
-    return -seeds[i, n - 1 - j] if arm[2 * n + 4, 0] > 0.5 else seeds[i, j]
+    """(sine, cosine) of the seed of the chain's angle j (of the reversed chain: minus the one from the other end)."""
+    x = -seeds[i, n - 1 - j] if arm[2 * n + 4, 0] > 0.5 else seeds[i, j]
+    return math.sin(x), math.cos(x)
 
 
 @jit
@@ -167,31 +196,32 @@ def ratio(n, x, y):
     """
     p, r = cross(n, x), cross(n, y)
     s, c = dot(cross(p, r), n), dot(p, r)
-    h = math.sqrt(s * s + c * c)
-    if h <= ALIGNED * ALIGNED:
-        return 0.0, 1.0, True
-    return s / h, c / h, h <= ALIGNED * math.sqrt(dot(p, p)) or h <= ALIGNED * math.sqrt(dot(r, r))
+    h = lane_sqrt(s * s + c * c)
+    inverse = 1.0 / lane_max(h, TINY)
+    some = ALIGNED * lane_max(lane_sqrt(dot(p, p)), lane_sqrt(dot(r, r)))
+    free = lane_where_lt(some, h, 0.0, 1.0)
+    gone = ALIGNED * ALIGNED
+    return lane_where_lt(gone, h, s * inverse, 0.0), lane_where_lt(gone, h, c * inverse, 1.0), free
 
 
 @jit
-def roots(offset, b, c, level, rest):
-    """(sine, cosine) of both roots of offset + b cos q + c sin q = level, and whether they are real.
+def root(offset, b, c, level, rest, sign, soft):
+    """(sine, cosine) of a root of offset + b cos q + c sin q = level, and `good`; sign 1 or -1 chooses which.
 
     rest = b^2 + c^2 - (level - offset)^2, given by the caller in a form without cancellation.
     """
     h2 = b * b + c * c
-    real = rest >= -TOUCH * h2 and h2 > 0.0
-    w = math.sqrt(max(rest, 0.0))
+    w = sign * lane_sqrt(lane_max(rest, soft * h2))
     g = level - offset
-    k = 1.0 / math.sqrt(max(g * g + w * w, 1e-300) * max(h2, 1e-300))  # equals 1 / h^2 where real
-    return (c * g + b * w) * k, (b * g - c * w) * k, (c * g - b * w) * k, (b * g + c * w) * k, real
+    k = 1.0 / lane_sqrt(lane_max(g * g + w * w, TINY) * lane_max(h2, TINY))  # equals 1 / h^2 where real
+    return (c * g + b * w) * k, (b * g - c * w) * k, lane_where_lt(0.0, h2, rest + (TOUCH + soft) * h2, -1.0)
 
 
 @jit
-def simple_roots(offset, b, c, level):
-    """`roots` with the plain factorised remainder."""
-    h, g = math.sqrt(b * b + c * c), level - offset
-    return roots(offset, b, c, level, (h - g) * (h + g))
+def simple_root(offset, b, c, level, sign, soft):
+    """`root` with the plain factorised remainder."""
+    h, g = lane_sqrt(b * b + c * c), level - offset
+    return root(offset, b, c, level, (h - g) * (h + g), sign, soft)
 
 
 @jit
@@ -203,88 +233,80 @@ def any_normal(n):
 
 @jit
 def normalised(x):
-    """x / |x|, and |x|."""
-    h = math.sqrt(dot(x, x))
-    return scale(1.0 / max(h, 1e-300), x), h
+    """x / |x|."""
+    return scale(1.0 / lane_sqrt(lane_max(dot(x, x), TINY)), x)
 
 
 @jit
-def decompose(n1, n2, n3, R, which, kept, q, j):
-    """Angles q[j..j+2] with turn(n1) turn(n2) turn(n3) = R; `which` 0 or 1 chooses the middle root. Returns (real,
-    free).
+def decompose(n1, n2, n3, R, sign, kept, soft):
+    """Sines and cosines (s1, c1, s2, c2, s3, c3) of turn(n1) turn(n2) turn(n3) = R, then (good, free).
 
-    kept: the first angle to keep where the outer axes coincide; the third is then taken relative to it.
+    sign: the middle root. kept: (sine, cosine) of the first angle where the outer axes coincide; the third is then relative to it.
     """
     alpha, gamma = dot(n1, n2), dot(n2, n3)
     r3 = times(R, n3)
     level = dot(n1, r3)
     w = cross(n1, r3)
+    w2 = dot(w, w)
     offset = alpha * gamma
     # (1 - alpha^2)(1 - gamma^2) - (level - offset)^2 with 1 - level^2 = |n1 x r3|^2: exact where n1, n2, n3 are at
     # right angles
-    rest = dot(w, w) - alpha * alpha - gamma * gamma + 2.0 * offset * level
-    s2, c2, s2_, c2_, real = roots(offset, dot(n1, n3) - offset, dot(n1, cross(n2, n3)), level, rest)
-    if which == 1:
-        s2, c2 = s2_, c2_
+    rest = w2 - alpha * alpha - gamma * gamma + 2.0 * offset * level
+    s2, c2, good = root(offset, dot(n1, n3) - offset, dot(n1, cross(n2, n3)), level, rest, sign, soft)
     s1, c1, free = ratio(n1, turn(n2, s2, c2, n3), r3)
-    if free or dot(w, w) < ALIGNED * ALIGNED:
-        s1, c1, free = math.sin(kept), math.cos(kept), True
+    free = lane_where_lt(w2, ALIGNED * ALIGNED, 1.0, free)
+    s1, c1 = lane_where_lt(0.5, free, kept[0], s1), lane_where_lt(0.5, free, kept[1], c1)
     x = any_normal(n3)
     y = turn(n2, -s2, c2, turn(n1, -s1, c1, times(R, x)))
-    s3, c3, _ = ratio(n3, x, y)
-    q[j], q[j + 1], q[j + 2] = math.atan2(s1, c1), math.atan2(s2, c2), math.atan2(s3, c3)
-    return real, free
-
-
-@jit
-def other_root(n1, n2, n3, R, kept, q, k, other, j, square, twice):
-    """The second root of `decompose` into row `other` of q, where row k holds the first.
-
-    Axes at right angles (`square`): the outer angles turn by pi, the middle one to `twice` minus itself. Returns (real, free).
-    """
-    if square:
-        q[other, j], q[other, j + 1], q[other, j + 2] = q[k, j] + math.pi, twice - q[k, j + 1], q[k, j + 2] + math.pi
-        return True, False
-    return decompose(n1, n2, n3, R, 1, kept, q[other], j)
-
-
-@jit
-def right_angles(n1, n2, n3):
-    """Whether n1, n2 and n2, n3 are at right angles (to 1e-11), and the sum of both middle roots of `decompose`."""
-    square = abs(dot(n1, n2)) < 1e-11 and abs(dot(n2, n3)) < 1e-11
-    return square, 2.0 * math.atan2(dot(n1, cross(n2, n3)), dot(n1, n3))
+    # y is across n3 already, so the ratio needs no projection.
+    return (s1, c1, s2, c2, dot(cross(x, y), n3), dot(x, y)), good, free
 
 
 @jit
 def frame(a, b):
-    """Columns unit a, the part of b across it, and their cross product, as nine numbers; and the sine between a and b."""
-    x, _ = normalised(a)
-    z, h = normalised(cross(x, b))
+    """Columns unit a, the part of b across it, and their cross product, as nine numbers."""
+    x = normalised(a)
+    z = normalised(cross(x, b))
     y = cross(z, x)
-    return (x[0], y[0], z[0], x[1], y[1], z[1], x[2], y[2], z[2]), h
+    return x[0], y[0], z[0], x[1], y[1], z[1], x[2], y[2], z[2]
 
 
 @jit
-def elbow_roots(p, n, x, fixed, r2):
-    """Both angles (sine, cosine) about the axis (p, n) that bring x to the distance sqrt(r2) from `fixed`, and real."""
+def elbow_root(p, n, x, fixed, r2, sign, soft):
+    """The angle (sine, cosine) about the axis (p, n) that brings x to the distance sqrt(r2) from `fixed`, and `good`."""
     v = sub(x, p)
     along = dot(v, n)
     b = blend(1.0, v, -along, n)
     centre = add(sub(p, fixed), scale(along, n))
     c = cross(n, b)
-    return simple_roots(dot(centre, centre) + dot(b, b), 2.0 * dot(centre, b), 2.0 * dot(centre, c), r2)
+    return simple_root(dot(centre, centre) + dot(b, b), 2.0 * dot(centre, b), 2.0 * dot(centre, c), r2, sign, soft)
 
 
 @jit
 def reach_gap(p, n, x, fixed, distance):
-    """Metres by which `distance` misses the range of |x - fixed| while x turns about the axis (p, n)."""
+    """Metres by which `distance` misses the range of |x - fixed| while x turns about the axis (p, n), at least 0."""
     v = sub(x, p)
     along = dot(v, n)
     b = blend(1.0, v, -along, n)
     centre = add(sub(p, fixed), scale(along, n))
     height = dot(centre, n)
     flat = blend(1.0, centre, -height, n)
-    f, r = math.sqrt(dot(flat, flat)), math.sqrt(dot(b, b))
-    high = math.sqrt(height * height + (f + r) * (f + r))
-    low = math.sqrt(height * height + (f - r) * (f - r))
-    return max(distance - high, low - distance)
+    f, r = lane_sqrt(dot(flat, flat)), lane_sqrt(dot(b, b))
+    high = lane_sqrt(height * height + (f + r) * (f + r))
+    low = lane_sqrt(height * height + (f - r) * (f - r))
+    return lane_max(lane_max(distance - high, low - distance), 0.0)
+
+
+@jit
+def missing(good, gap):
+    """Metres missing: 0 where a root is real, else at least a nanometre."""
+    return lane_where_lt(good, 0.0, lane_max(gap, 1e-9), 0.0)
+
+
+@jit
+def store_flags(good, free, i, valid, loose):
+    """Row i of `valid` and `loose` (m, branches) from lanes."""
+    bad, held = lane_mask_lt(good, 0.0), lane_mask_lt(0.5, free)
+    for k in range(valid.shape[1]):
+        valid[i, k] = (bad >> k) & 1 == 0
+        loose[i, k] = (held >> k) & 1 == 1

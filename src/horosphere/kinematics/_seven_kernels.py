@@ -1,16 +1,31 @@
 """Seven-joint arms with spherical shoulder: all 8 branches at a given redundancy, and the best redundancy of each.
 
-`arm` as in `_screw_kernels.py`. `motors` (m, 8) are poses of the tip in the base frame; `limits` (2, n) move an angle by a turn
-where only that is inside. Results are in the robot's order of joints, also where the chain is solved from its tip.
+`arm` as in `_screw_kernels.py`; the 8 branches of a pose are the lanes of one vector. `motors` (m, 8) are poses of the tip in
+the base frame; `limits` (2, n) move an angle by a turn where only that is inside. Results are in the robot's order of joints,
+also where the chain is solved from its tip.
 """
 
 import math
 
-import numpy as np
-
-from ..kernels import jit
+from ..kernels import (
+    EIGHT,
+    jit,
+    lane_mask_lt,
+    lane_max,
+    lane_min,
+    lane_sqrt,
+    lane_where_lt,
+    load_lanes,
+    max_lane,
+    min_lane,
+    spread,
+    store_lanes,
+    store_records,
+)
 from ._screw_kernels import (
     FREE,
+    SIGNS,
+    TINY,
     TOUCH,
     add,
     any_normal,
@@ -18,18 +33,21 @@ from ._screw_kernels import (
     cross,
     decompose,
     dot,
-    elbow_roots,
+    either,
+    elbow_root,
     frame,
+    inside,
     load_pose,
+    missing,
     normalised,
-    other_root,
     product,
     ratio,
     reach_gap,
-    right_angles,
     row,
     seeded,
-    settle,
+    settled,
+    sine_cosine,
+    store_flags,
     sub,
     times,
     times_t,
@@ -38,188 +56,192 @@ from ._screw_kernels import (
     turn_matrix,
 )
 
+_sine_cosine = sine_cosine.inline
+SEW7, SRS7 = None, 1  # numba prunes tests on None: only the form that is asked for is compiled
+STEPS = 20  # of the search around the best sample: its step shrinks to 0.6^10 of a sample's width
+
 
 @jit
-def sew7(arm, limits, motors, q7, seeds, Q, valid, gap, free):
-    """Spherical shoulder S (axes 1-3), axes 5 and 6 meeting in W, q7 given: rows (elbow, wrist, shoulder) of Q (m, 8,
-    7).
+def sew7_rows(arm, limits, pose, last, kept1, kept5):
+    """Spherical shoulder S (axes 1-3), axes 5 and 6 meeting in W, angle 7 given: rows (elbow, wrist, shoulder).
 
-    Points: S, W. q7: of the robot's last joint (first, if solved reversed). gap (m,): metres by which |S W| misses
-    its range. free (m, 8): an angle was kept from the seed.
+    Points: S, W. pose: rotation and translation of link 7. last: (sine, cosine) lanes of angle 7, in the chain's sense. kept1,
+    kept5: the same of angles 1 and 5, where they are free. Returns the angles, `good`, free, and the metres by which |S W|
+    misses its range.
     """
+    R, t = pose
+    soft = arm[18, 2]
     n1, n2, n3, n4, n5, n6, n7 = (
         row(arm, 0), row(arm, 1), row(arm, 2), row(arm, 3), row(arm, 4), row(arm, 5), row(arm, 6),
     )  # fmt: skip
     p4, p7, S, W = row(arm, 10), row(arm, 13), row(arm, 19), row(arm, 20)
+    elbow, wrist, shoulder = load_lanes(SIGNS, 0, EIGHT), load_lanes(SIGNS, 8, EIGHT), load_lanes(SIGNS, 16, EIGHT)
     c56 = dot(n5, n6)
+    s7, c7 = last
+    R6 = product(R, turn_matrix(n7, -s7, c7))  # link 6, before joint 7
+    w = add(times(R, add(turn(n7, -s7, c7, sub(W, p7)), p7)), t)
+    m6 = times(R6, n6)
+    u = sub(S, w)
+    length2, u6 = dot(u, u), dot(u, m6)
+    v = cross(m6, u)
+    across = dot(v, v)
+    s4, c4, near = elbow_root(p4, n4, W, S, length2, elbow, soft)
+    gap = min_lane(missing(near, reach_gap(p4, n4, W, S, lane_sqrt(length2))))
+    u0 = sub(S, add(turn(n4, s4, c4, sub(W, p4)), p4))  # S seen from W, and axis 5, in the frame of link 3
+    m5 = turn(n4, s4, c4, n5)
+    z = dot(u0, m5)
+    off = cross(m5, u0)
+    # n5 with n5.u = z, n5.n6 = c56; the remainder from the distance of S to axis 5, not from |u|^2 - z^2
+    away = dot(off, off)
+    rest = (1.0 - c56 * c56) * away - (u6 - c56 * z) * (u6 - c56 * z)
+    good = lane_where_lt(0.0, across, lane_min(near, rest + (TOUCH + soft) * length2), -1.0)
+    inverse = 1.0 / lane_max(across, TINY)
+    bend = wrist * lane_sqrt(lane_max(rest, soft * length2)) * inverse
+    base = blend((z - c56 * u6) * inverse, u, (c56 * length2 - z * u6) * inverse, m6)
+    R3 = product(frame(u, blend(1.0, base, bend, v)), transposed(frame(u0, m5)))
+    if lane_mask_lt(away, FREE * FREE) != 0:  # S on axis 5: the arm plane is free; keep q5
+        fifth = turn(n4, s4, c4, turn(n5, kept5[0], kept5[1], n6))
+        other = product(frame(u, m6), transposed(frame(u0, fifth)))
+        first = either(away, FREE * FREE, other[:3], R3[:3])
+        second = either(away, FREE * FREE, other[3:6], R3[3:6])
+        R3 = first + second + either(away, FREE * FREE, other[6:], R3[6:])
+    R4 = product(R3, turn_matrix(n4, s4, c4))
+    s5, c5, _ = ratio(n5, n6, times_t(R4, m6))
     x6 = any_normal(n6)
-    square, twice = right_angles(n1, n2, n3)
-    turned = arm[18, 0] > 0.5
-    for i in range(motors.shape[0]):
-        R, t = load_pose(motors, i, arm, 7)
-        last = -q7[i] if turned else q7[i]
-        s7, c7 = math.sin(last), math.cos(last)
-        R6 = product(R, turn_matrix(n7, -s7, c7))  # link 6, before joint 7
-        w = add(times(R, add(turn(n7, -s7, c7, sub(W, p7)), p7)), t)
-        m6 = times(R6, n6)
-        u = sub(S, w)
-        length2, u6 = dot(u, u), dot(u, m6)
-        v = cross(m6, u)
-        across = dot(v, v)
-        sa, ca, sb, cb, near = elbow_roots(p4, n4, W, S, length2)
-        gap[i] = 0.0 if near else reach_gap(p4, n4, W, S, math.sqrt(length2))
-        for elbow in range(2):
-            s4, c4 = (sa, ca) if elbow == 0 else (sb, cb)
-            u0 = sub(S, add(turn(n4, s4, c4, sub(W, p4)), p4))  # S seen from W, and axis 5, in the frame of link 3
-            q4 = math.atan2(s4, c4)
-            m5 = turn(n4, s4, c4, n5)
-            z = dot(u0, m5)
-            off = cross(m5, u0)
-            # n5 with n5.u = z, n5.n6 = c56; the remainder from the distance of S to axis 5, not from |u|^2 - z^2
-            rest = (1.0 - c56 * c56) * dot(off, off) - (u6 - c56 * z) * (u6 - c56 * z)
-            good = near and rest >= -TOUCH * length2 and across > 0.0
-            inverse = 1.0 / max(across, 1e-300)
-            base = blend((z - c56 * u6) * inverse, u, (c56 * length2 - z * u6) * inverse, m6)
-            bend = math.sqrt(max(rest, 0.0)) * inverse
-            on_axis = dot(off, off) < FREE * FREE
-            F0, _ = frame(u0, m5)
-            for wrist in range(2):
-                d, _ = normalised(blend(1.0, base, bend if wrist == 0 else -bend, v))
-                if on_axis:  # S on axis 5: the arm plane is free; keep q5
-                    before = seeded(seeds, i, 4, arm, 7)
-                    kept = turn(n4, s4, c4, turn(n5, math.sin(before), math.cos(before), n6))
-                    F1, _ = frame(u, m6)
-                    G0, _ = frame(u0, kept)
-                    R3 = product(F1, transposed(G0))
-                else:
-                    F1, _ = frame(u, d)
-                    R3 = product(F1, transposed(F0))
-                R4 = product(R3, turn_matrix(n4, s4, c4))
-                s5, c5, _ = ratio(n5, n6, times_t(R4, m6))
-                s6, c6, _ = ratio(n6, x6, turn(n5, -s5, c5, times_t(R4, times(R6, x6))))
-                q5, q6 = math.atan2(s5, c5), math.atan2(s6, c6)
-                k = 4 * elbow + 2 * wrist
-                first = seeded(seeds, i, 0, arm, 7)
-                real, loose = decompose(n1, n2, n3, R3, 0, first, Q[i, k], 0)
-                real2, loose2 = other_root(n1, n2, n3, R3, first, Q[i], k, k + 1, 0, square and not loose, twice)
-                for shoulder in range(2):
-                    out = Q[i, k + shoulder]
-                    out[3], out[4], out[5], out[6] = q4, q5, q6, last
-                    settle(out, limits, turned)
-                    valid[i, k + shoulder] = good and (real2 if shoulder else real)
-                    free[i, k + shoulder] = (loose2 if shoulder else loose) or on_axis
+    y6 = turn(n5, -s5, c5, times_t(R4, times(R6, x6)))
+    (s1, c1, s2, c2, s3, c3), real, loose = decompose(n1, n2, n3, R3, shoulder, kept1, soft)
+    good = lane_min(good, real)
+    sines = s1, s2, s3, s4, s5, dot(cross(x6, y6), n6), s7
+    q = angles7(sines, (c1, c2, c3, c4, c5, dot(x6, y6), c7), limits, arm[18, 0] > 0.5)
+    return q, good, lane_where_lt(away, FREE * FREE, 1.0, loose), gap
 
 
 @jit
-def srs7(arm, limits, motors, psi, seeds, Q, valid, gap, free):
+def srs7_rows(arm, limits, pose, psi, kept1, kept5):
     """Spherical shoulder S (axes 1-3) and wrist W (axes 5-7), elbow angle psi given: rows (shoulder, elbow, wrist).
 
-    Points: S, W, E (the foot of S on axis 4). psi turns E about the line S-W from the side of axis 1 (of any fixed
-    normal of it where S-W is parallel to axis 1).
+    Points: S, W, E (the foot of S on axis 4). psi (sine, cosine) turns E about the line S-W from the side of axis 1 (of any
+    fixed normal of it where S-W is parallel to axis 1). Otherwise as `sew7_rows`.
     """
+    R, t = pose
+    soft = arm[18, 2]
     n1, n2, n3, n4, n5, n6, n7 = (
         row(arm, 0), row(arm, 1), row(arm, 2), row(arm, 3), row(arm, 4), row(arm, 5), row(arm, 6),
     )  # fmt: skip
     p4, S, W, E = row(arm, 10), row(arm, 19), row(arm, 20), row(arm, 21)
-    spare = any_normal(n1)
-    square1, twice1 = right_angles(n1, n2, n3)
-    square5, twice5 = right_angles(n5, n6, n7)
+    shoulder, elbow, wrist = load_lanes(SIGNS, 0, EIGHT), load_lanes(SIGNS, 8, EIGHT), load_lanes(SIGNS, 16, EIGHT)
+    w = sub(add(times(R, W), t), S)
+    length2 = dot(w, w)
+    s4, c4, good = elbow_root(p4, n4, W, S, length2, elbow, soft)
+    gap = missing(good, reach_gap(p4, n4, W, S, lane_sqrt(length2)))
+    u = normalised(w)
+    r = cross(n1, u)
+    side = normalised(cross(either(dot(r, r), 1e-18, any_normal(n1), n1), u))
+    r = cross(u, side)
+    s, c = psi
+    w0 = sub(add(turn(n4, s4, c4, sub(W, p4)), p4), S)
+    e0 = sub(E, S)
+    lever, enough = cross(w0, e0), FREE * FREE * length2 * dot(e0, e0)
+    flat = dot(lever, lever)
+    F0 = frame(w0, either(flat, enough, cross(n4, w0), e0))
+    R3 = product(frame(u, blend(c, r, s, cross(u, r))), transposed(F0))
+    R57 = product(transposed(product(R3, turn_matrix(n4, s4, c4))), R)
+    (s1, c1, s2, c2, s3, c3), real1, free1 = decompose(n1, n2, n3, R3, shoulder, kept1, soft)
+    (s5, c5, s6, c6, s7, c7), real5, free5 = decompose(n5, n6, n7, R57, wrist, kept5, soft)
+    good = lane_min(lane_min(real1, real5), good)
+    q = angles7((s1, s2, s3, s4, s5, s6, s7), (c1, c2, c3, c4, c5, c6, c7), limits, arm[18, 0] > 0.5)
+    return q, good, lane_where_lt(flat, enough, 1.0, lane_max(free1, free5)), gap
+
+
+@jit
+def angles7(s, c, limits, turned):
+    """The seven angles of sines and cosines, in the robot's order and near its limits."""
+    if turned:
+        s, c = (-s[6], -s[5], -s[4], -s[3], -s[2], -s[1], -s[0]), (c[6], c[5], c[4], c[3], c[2], c[1], c[0])
+    return (
+        settled(s[0], c[0], limits[0, 0], limits[1, 0]),
+        settled(s[1], c[1], limits[0, 1], limits[1, 1]),
+        settled(s[2], c[2], limits[0, 2], limits[1, 2]),
+        settled(s[3], c[3], limits[0, 3], limits[1, 3]),
+        settled(s[4], c[4], limits[0, 4], limits[1, 4]),
+        settled(s[5], c[5], limits[0, 5], limits[1, 5]),
+        settled(s[6], c[6], limits[0, 6], limits[1, 6]),
+    )
+
+
+@jit
+def rows7(kind, arm, limits, pose, value, kept1, kept5):
+    """All rows at lanes of the redundancy `value`: q7 (q1 of a chain solved from its tip) or psi."""
+    s, c = _sine_cosine(value)
+    if kind is not None:
+        return srs7_rows(arm, limits, pose, (s, c), kept1, kept5)
     turned = arm[18, 0] > 0.5
+    q, good, free, gap = sew7_rows(arm, limits, pose, (-s if turned else s, c), kept1, kept5)
+    if turned:  # the given angle to its last bit
+        return (inside(value, limits[0, 0], limits[1, 0]),) + q[1:], good, free, gap
+    return q[:6] + (inside(value, limits[0, 6], limits[1, 6]),), good, free, gap
+
+
+@jit
+def seven(kind, arm, limits, motors, value, seeds, Q, valid, gap, free):
+    """Rows Q (m, 8, 7) at the redundancies value (m,). gap (m,): metres by which the wrist is out of reach. free (m, 8): an
+    angle was kept from the seed.
+    """
+    flat = Q.reshape(-1)
     for i in range(motors.shape[0]):
-        R, t = load_pose(motors, i, arm, 7)
-        w = sub(add(times(R, W), t), S)
-        length2 = dot(w, w)
-        sa, ca, sb, cb, near = elbow_roots(p4, n4, W, S, length2)
-        gap[i] = 0.0 if near else reach_gap(p4, n4, W, S, math.sqrt(length2))
-        u, _ = normalised(w)
-        r = cross(n1, u)
-        parallel = dot(r, r) < 1e-18
-        side, _ = normalised(cross(spare if parallel else n1, u))
-        r = cross(u, side)
-        s, c = math.sin(psi[i]), math.cos(psi[i])
-        F1, _ = frame(u, blend(c, r, s, cross(u, r)))
-        for elbow in range(2):
-            s4, c4 = (sa, ca) if elbow == 0 else (sb, cb)
-            w0 = sub(add(turn(n4, s4, c4, sub(W, p4)), p4), S)
-            e0 = sub(E, S)
-            lever = cross(w0, e0)
-            stretched = dot(lever, lever) < FREE * FREE * length2 * dot(e0, e0)
-            F0, _ = frame(w0, cross(n4, w0) if stretched else e0)
-            R3 = product(F1, transposed(F0))
-            R57 = product(transposed(product(R3, turn_matrix(n4, s4, c4))), R)
-            q4 = math.atan2(s4, c4)
-            k, first, fifth = 2 * elbow, seeded(seeds, i, 0, arm, 7), seeded(seeds, i, 4, arm, 7)
-            real1, free1 = decompose(n1, n2, n3, R3, 0, first, Q[i, k], 0)
-            real1_, free1_ = other_root(n1, n2, n3, R3, first, Q[i], k, k + 4, 0, square1 and not free1, twice1)
-            real5, free5 = decompose(n5, n6, n7, R57, 0, fifth, Q[i, k], 4)
-            real5_, free5_ = other_root(n5, n6, n7, R57, fifth, Q[i], k, k + 1, 4, square5 and not free5, twice5)
-            for j in range(3):
-                Q[i, k + 1, j], Q[i, k + 5, j] = Q[i, k, j], Q[i, k + 4, j]
-                Q[i, k + 4, 4 + j], Q[i, k + 5, 4 + j] = Q[i, k, 4 + j], Q[i, k + 1, 4 + j]
-            for shoulder in range(2):
-                for wrist in range(2):
-                    out = Q[i, k + 4 * shoulder + wrist]
-                    out[3] = q4
-                    settle(out, limits, turned)
-                    real = (real1_ if shoulder else real1) and (real5_ if wrist else real5)
-                    valid[i, k + 4 * shoulder + wrist] = near and real
-                    loose = (free1_ if shoulder else free1) or (free5_ if wrist else free5)
-                    free[i, k + 4 * shoulder + wrist] = loose or stretched
+        x = value[i] - 2.0 * math.pi * math.floor(value[i] / (2.0 * math.pi) + 0.5)
+        at = spread(value[i] if abs(value[i]) <= math.pi else x, EIGHT)
+        kept1, kept5 = seeded(seeds, i, 0, arm, 7), seeded(seeds, i, 4, arm, 7)
+        q, good, loose, gap[i] = rows7(kind, arm, limits, load_pose(motors, i, arm, 7), at, kept1, kept5)
+        store_records(flat, 8 * i, q)
+        store_flags(good, loose, i, valid, free)
+
+
+@jit
+def margin7(q, limits):
+    """Lanes: the least distance of a joint to its limits."""
+    margin = lane_min(q[0] - limits[0, 0], limits[1, 0] - q[0])
+    margin = lane_min(margin, lane_min(q[1] - limits[0, 1], limits[1, 1] - q[1]))
+    margin = lane_min(margin, lane_min(q[2] - limits[0, 2], limits[1, 2] - q[2]))
+    margin = lane_min(margin, lane_min(q[3] - limits[0, 3], limits[1, 3] - q[3]))
+    margin = lane_min(margin, lane_min(q[4] - limits[0, 4], limits[1, 4] - q[4]))
+    margin = lane_min(margin, lane_min(q[5] - limits[0, 5], limits[1, 5] - q[5]))
+    return lane_min(margin, lane_min(q[6] - limits[0, 6], limits[1, 6] - q[6]))
 
 
 @jit
 def best(kind, arm, limits, low, high, samples, motors, seeds, value, Q, valid, gap, free):
     """For every branch of every pose the redundancy, value (m, 8), that keeps the joints farthest from their limits.
 
-    kind 0: sew7, 1: srs7. `samples` even values in [low, high], then shrinking steps around the best of each branch.
+    `samples` even values in [low, high], then shrinking steps around the best of each branch, all branches side by side; where
+    nothing is inside the limits then, 16 times as many values first.
     """
-    n = Q.shape[2]
-    one, row_q, row_v = np.empty(1), np.empty((1, 8, n)), np.empty((1, 8), np.bool_)
-    row_f, row_g = np.empty((1, 8), np.bool_), np.empty(1)
-    top = np.empty(8)
+    flat, values = Q.reshape(-1), value.reshape(-1)
     for i in range(motors.shape[0]):
-        pose, seed = motors[i : i + 1], seeds[i : i + 1]
+        pose = load_pose(motors, i, arm, 7)
+        kept1, kept5 = seeded(seeds, i, 0, arm, 7), seeded(seeds, i, 4, arm, 7)
+        top, at = spread(-math.inf, EIGHT), spread(0.5 * (low + high), EIGHT)
         gap[i] = math.inf
-        for k in range(8):
-            top[k], value[i, k], valid[i, k] = -math.inf, 0.5 * (low + high), False
-        # -2: the scan; -1: a finer one where that found nothing inside the limits; 0..7: around the best of branch
-        # `own`.
-        for own in range(-2, 8):
-            if own == -1 and np.max(top) >= 0.0:
-                continue  # the fine scan is for poses with a narrow range only
-            if own >= 0 and (top[own] == -math.inf or (own > 0 and value[i, own] == value[i, own - 1])):
-                continue
-            step = (high - low) / (samples if own == -2 else 16 * samples)
-            trials = samples if own == -2 else 16 * samples if own == -1 else 12
-            if own >= 0:
-                step = (high - low) / samples
-            width = 0.5 * step
-            centre = 0.0 if own < 0 else value[i, own]
-            for trial in range(trials):
-                if own < 0:
-                    one[0] = low + (trial + 0.5) * step
+        for fine in range(2):
+            if fine == 1 and max_lane(top) >= 0.0:
+                break
+            count = samples if fine == 0 else 16 * samples
+            width = step = (high - low) / count
+            # One call of the rows in all, and not one for each phase: it is long machine code.
+            for trial in range(count + STEPS + 1):
+                if trial < count:
+                    here = spread(low + (trial + 0.5) * step, EIGHT)
+                elif trial < count + STEPS:
+                    width *= 0.6 if (trial - count) % 2 == 0 else -1.0
+                    here = lane_min(lane_max(at + width, low), high)
                 else:
-                    if trial > 0 and trial % 2 == 0:
-                        centre = value[i, own]
-                        width *= 0.5
-                    one[0] = min(max(centre + (width if trial % 2 == 0 else -width), low), high)
-                if kind == 0:
-                    sew7(arm, limits, pose, one, seed, row_q, row_v, row_g, row_f)
-                else:
-                    srs7(arm, limits, pose, one, seed, row_q, row_v, row_g, row_f)
-                gap[i] = min(gap[i], row_g[0])
-                for k in range(8):
-                    if not row_v[0, k]:
-                        continue
-                    margin = math.inf
-                    for j in range(n):
-                        margin = min(margin, min(row_q[0, k, j] - limits[0, j], limits[1, j] - row_q[0, k, j]))
-                    if margin > top[k]:
-                        top[k], value[i, k], valid[i, k], free[i, k] = margin, one[0], True, row_f[0, k]
-                        for j in range(n):
-                            Q[i, k, j] = row_q[0, k, j]
-            if own < 0:
-                for k in range(8):
-                    if not valid[i, k]:
-                        for j in range(n):
-                            Q[i, k, j] = row_q[0, k, j]
+                    here = at
+                q, good, loose, miss = rows7(kind, arm, limits, pose, here, kept1, kept5)
+                gap[i] = min(gap[i], miss)
+                if trial == count + STEPS:
+                    store_records(flat, 8 * i, q)
+                    store_lanes(values, 8 * i, at)
+                    store_flags(good, loose, i, valid, free)
+                    break
+                margin = lane_where_lt(good, 0.0, -math.inf, margin7(q, limits))
+                at, top = lane_where_lt(top, margin, here, at), lane_max(top, margin)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -29,7 +30,7 @@ class IkSolutions:
     free: (..., branches) the value of the redundancy (phi, psi, q7) of each row where the solver chose it, else None.
     """
 
-    __slots__ = ("_reason", "_residual", "bits", "branch", "flags", "free", "is_closed_form", "q", "valid")
+    __slots__ = ("_flags", "_free", "_reason", "_residual", "bits", "branch", "is_closed_form", "q", "valid")
 
     def __init__(
         self,
@@ -41,12 +42,24 @@ class IkSolutions:
         reason: str | NDArray[Any] | Callable[[], Any] = "",
         *,
         bits: tuple[str, ...] = (),
-        flags: Mapping[str, NDArray[np.bool_]] | None = None,
-        free: Floats | None = None,
+        flags: Mapping[str, NDArray[np.bool_]] | Callable[[], Mapping[str, NDArray[np.bool_]]] | None = None,
+        free: Floats | float | None = None,
     ) -> None:
         self.q, self.valid, self.branch, self.is_closed_form = q, valid, branch, is_closed_form
-        self.bits, self.flags, self.free = bits, dict(flags or {}), free
+        self.bits, self._flags, self._free = bits, flags if flags is not None else {}, free
         self._residual, self._reason = residual, reason
+
+    @property
+    def flags(self) -> Mapping[str, NDArray[np.bool_]]:
+        if callable(self._flags):
+            self._flags = self._flags()
+        return self._flags
+
+    @property
+    def free(self) -> Floats | None:
+        if type(self._free) is float:
+            self._free = np.full(self.valid.shape, self._free)
+        return self._free  # type: ignore[return-value]
 
     @property
     def residual(self) -> Floats:
@@ -100,6 +113,9 @@ class IkSolutions:
         return f"IkSolutions({kind}, targets {self.valid.shape[:-1]}, {int(self.solved.sum())} solved)"
 
 
+@cache
 def branch_table(bits: int) -> NDArray[np.int64]:
     """(2^bits, bits) rows in counting order, the first bit most significant."""
-    return (np.arange(2**bits)[:, None] >> np.arange(bits - 1, -1, -1)) & 1
+    table = (np.arange(2**bits)[:, None] >> np.arange(bits - 1, -1, -1)) & 1
+    table.setflags(write=False)
+    return table

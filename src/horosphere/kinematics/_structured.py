@@ -19,6 +19,7 @@ from ._wrist_arms import pose_residual, reach_reasons
 Floats = NDArray[np.float64]
 _EXACT = 1e-11  # metres: structures missed by more are polished on the true axes
 _POLISHED = 1e-10  # residual (m, rad) that a polished row must reach
+_STEPS = 25  # of Newton, at most: from double roots it converges only by halves
 _SAMPLES = 32  # of the redundancy, where its best value is looked for
 _WORDS = {
     "sew7": "the distance from the shoulder to the wrist is out of range for this q7",
@@ -40,18 +41,20 @@ class Solver:
     table: NDArray[np.int64]
     joints: int
     branches: int
+    kind: int | None
     loop: Any
+    rest: Floats  # (1, n) zeros: no seed
 
     def rows(self, motors: Floats, value: Floats | None, seeds: Floats):
-        """q (m, branches, n), valid, gap (m,), free, residual or None; all arguments C-contiguous and writable."""
+        """q (m, branches, n), valid, gap (m,), free, residual or None; motors C-contiguous and read-only, the others writable."""
         count = len(motors)
-        q = np.zeros((count, self.branches, self.joints))
+        q = np.empty((count, self.branches, self.joints))
         valid, free = np.empty((count, self.branches), bool), np.empty((count, self.branches), bool)
         gap = np.empty(count)
         if value is None:
             self.loop(self.arm, self.limits, motors, seeds, q, valid, gap, free)
         else:
-            self.loop(self.arm, self.limits, motors, value, seeds, q, valid, gap, free)
+            self.loop(self.kind, self.arm, self.limits, motors, value, seeds, q, valid, gap, free)
         return q, valid, gap, free, self.polished(motors, q, valid)
 
     def polished(self, motors: Floats, q: Floats, valid: NDArray[np.bool_]) -> Floats | None:
@@ -63,7 +66,7 @@ class Solver:
 
         residual = np.full(valid.shape, np.inf)
         locked = {"q7": 6, "q1": 0}.get(self.structure.parameter or "", -1)
-        polish(self.true_arm, self.limits, motors, q, valid, locked, 12 if gap > 1e-6 else 3, residual)
+        polish(self.true_arm, self.limits, motors, q, valid, locked, _STEPS, residual)
         valid &= residual < _POLISHED
         return residual
 
@@ -82,15 +85,18 @@ def solver(robot: Any) -> Solver:
     assert chain is not None and special is not None
     n = len(chain.axes)
     number = float(structure.mode) if structure.name == "spherical6" else max(1e-9, 10.0 * structure.gap)
+    soft = min(50.0 * structure.gap, 0.01) if structure.gap > _EXACT else 0.0
     home = np.linalg.inv(np.linalg.inv(chain.home) if structure.is_reversed else chain.home)
-    tail = [home[:3, :3], home[None, :3, 3], [[float(structure.is_reversed), number, 0.0]]]
+    tail = [home[:3, :3], home[None, :3, 3], [[float(structure.is_reversed), number, soft]]]
     arm = np.concatenate([chain.axes, chain.points, *tail, special])
     true = chain.reversed() if structure.is_reversed else chain
     true_arm = np.concatenate([true.axes, true.points, *tail[:2], [[0.0, 0.0, 0.0]]])
     made = Solver(
         structure, np.ascontiguousarray(arm), np.ascontiguousarray(true_arm),
         np.array([robot.limits.lower, robot.limits.upper]), branch_table(len(structure.bits)), n, structure.branches,
-        getattr(_seven_kernels if structure.name in ("sew7", "srs7") else _six_kernels, structure.name),
+        _seven_kernels.SRS7 if structure.name == "srs7" else _seven_kernels.SEW7,
+        _seven_kernels.seven if n == 7 else getattr(_six_kernels, structure.name),
+        np.zeros((1, n)),
     )  # fmt: skip
     robot.memo["ik solver"] = made
     return made
@@ -107,9 +113,13 @@ def structured_inverse(
     made = robot.memo.get("ik solver") or solver(robot)
     structure, n = made.structure, made.joints
     motor = pose_motor(target)
-    if motor.ndim == 1 and type(parameter) is float and seed is None and math.isfinite(parameter):
-        rows = made.rows(motor.copy().reshape(1, 8), np.full(1, parameter), np.zeros((1, n)))
-        return _package(robot, made, (), motor, *rows, parameter)  # one pose, the quick way
+    if motor.ndim == 1 and seed is None:  # one pose, the quick way
+        if structure.parameter is None:
+            return _package(robot, made, (), motor, *made.rows(motor.reshape(1, 8), None, made.rest))
+        if type(parameter) is float and math.isfinite(parameter):
+            value = np.empty(1)
+            value[0] = parameter
+            return _package(robot, made, (), motor, *made.rows(motor.reshape(1, 8), value, made.rest), shown=parameter)
     seeds = np.zeros(n) if seed is None else float_array(seed, "seed", last=n)
     redundant = structure.parameter is not None
     given = None if parameter is None else float_array(parameter, str(structure.parameter))
@@ -117,6 +127,7 @@ def structured_inverse(
     if seeds.ndim > 1 or (given is not None and given.ndim):
         batch = np.broadcast_shapes(batch, seeds.shape[:-1], () if given is None else given.shape)
     motors, kept = _rows(motor, batch, 8), _rows(seeds, batch, n)
+    motors.setflags(write=False)  # as a Motor's own array: one compilation serves both
     value = None
     if redundant and given is not None:
         value = np.array(np.broadcast_to(given, batch)).reshape(-1)
@@ -131,15 +142,16 @@ def structured_inverse(
     return _package(robot, made, batch, motor, q, valid, gap, free, residual, shown)
 
 
-def _package(robot, made: Solver, batch, motor, q, valid, gap, free, residual, shown) -> IkSolutions:
+def _package(robot, made: Solver, batch, motor, q, valid, gap, free, residual, shown=None) -> IkSolutions:
     """The rows of the compiled loop as a result on the batch."""
-    shape = (*batch, made.branches)
-    q, valid = q.reshape(*shape, made.joints), valid.reshape(shape)
-    if type(shown) is float:
-        shown = np.full(made.branches, shown)
+    if batch == ():
+        q, valid, free = q[0], valid[0], free[0]
+    else:
+        shape = (*batch, made.branches)
+        q, valid, free = q.reshape(*shape, made.joints), valid.reshape(shape), free.reshape(shape)
 
     def error() -> Floats:
-        return pose_residual(robot, q, motor) if residual is None else residual.reshape(shape)
+        return pose_residual(robot, q, motor) if residual is None else residual.reshape(valid.shape)
 
     def reason() -> Any:
         return reach_reasons(
@@ -147,9 +159,8 @@ def _package(robot, made: Solver, batch, motor, q, valid, gap, free, residual, s
         )
 
     return IkSolutions(
-        q, valid, made.table, error, True, reason,
-        bits=made.structure.bits, flags={"angle_kept": free.reshape(shape)}, free=shown,
-    )  # fmt: skip
+        q, valid, made.table, error, True, reason, bits=made.structure.bits, flags={"angle_kept": free}, free=shown
+    )
 
 
 def _rows(array: Floats, batch: tuple[int, ...], width: int) -> Floats:
@@ -163,14 +174,14 @@ def _best(made: Solver, motors: Floats, seeds: Floats):
     """For every branch the redundancy with the largest distance to the joint limits."""
     from ._seven_kernels import best
 
-    kind, low, high = 1, -np.pi, np.pi
+    low, high = -np.pi, np.pi
     if made.structure.name == "sew7":
-        j, kind = (0 if made.structure.is_reversed else 6), 0
+        j = 0 if made.structure.is_reversed else 6
         low, high = np.maximum(made.limits[0, j], -np.pi), np.minimum(made.limits[1, j], np.pi)
     count = len(motors)
-    q, value = np.zeros((count, 8, made.joints)), np.empty((count, 8))
+    q, value = np.empty((count, 8, made.joints)), np.empty((count, 8))
     valid, free, gap = np.empty((count, 8), bool), np.zeros((count, 8), bool), np.empty(count)
-    best(kind, made.arm, made.limits, float(low), float(high), _SAMPLES, motors, seeds, value, q, valid, gap, free)
+    best(made.kind, made.arm, made.limits, float(low), float(high), _SAMPLES, motors, seeds, value, q, valid, gap, free)
     return q, valid, gap, free, made.polished(motors, q, valid), value
 
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -80,18 +82,50 @@ def pose_motor(target: Any, place: str = "target") -> Floats:
 
 def broadcast_rows(batch: tuple[int, ...], *arrays: Floats) -> list[Floats]:
     """Each array (..., k) on the whole batch, as contiguous rows (m, k)."""
+    if batch == ():
+        return [a.reshape(1, -1) if a.flags.c_contiguous else np.ascontiguousarray(a).reshape(1, -1) for a in arrays]
     return [np.ascontiguousarray(np.broadcast_to(a, (*batch, a.shape[-1])).reshape(-1, a.shape[-1])) for a in arrays]
+
+
+def batch_shape(*arrays: Floats) -> tuple[int, ...]:
+    """The common leading shape of arrays (..., k)."""
+    for a in arrays:
+        if a.ndim != 1:
+            return np.broadcast_shapes(*(a.shape[:-1] for a in arrays))
+    return ()
+
+
+@cache
+def interpreted() -> bool:
+    """Whether numba's compiler is switched off."""
+    from numba import config
+
+    return bool(config.DISABLE_JIT)
 
 
 def run(kernel: Any, single: tuple[bool, ...], *rows: Floats) -> Floats:
     """A traced kernel on rows (m, k); `single` marks the one-row arguments. One compiled pattern a kernel, for every
     call.
     """
-    from numba import config
-
     count = max(len(row) for row, alone in zip(rows, single) if not alone)
-    if config.DISABLE_JIT:
+    if interpreted():
         return np.broadcast_to(kernel.reference(*rows), (count, kernel.width_out))
     out = np.empty((count, kernel.width_out))
     kernel.run(single, *rows, out)
     return out
+
+
+def run_one(kernel: Any, single: tuple[bool, ...], *vectors: Floats) -> Floats:
+    """`run` for one record: contiguous vectors (k,) in, the row (1, width) out."""
+    if interpreted():
+        return run(kernel, single, *(v[None] for v in vectors))
+    out = np.empty(kernel.width_out)
+    kernel.run(single, *vectors, out)
+    return out.reshape(1, -1)
+
+
+def angle_column(value: Any, name: str) -> Floats:
+    """An angle (...), radians, as an array (..., 1); InputError if it is no finite number."""
+    if type(value) is float and math.isfinite(value):
+        return np.array([value])
+    return float_array(value, name)[..., None]

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..numeric import float_array
 from ._solutions import IkSolutions, branch_table
-from ._targets import broadcast_rows, pose_motor, run
+from ._targets import angle_column, batch_shape, broadcast_rows, pose_motor, run, run_one
 from ._wrist_geometry import six_axis_branches, srs_branches
 
 Floats = NDArray[np.float64]
@@ -24,8 +24,11 @@ _ARM_KEYS = {"srs_arm": ("dbs", "dse", "dew", "dwf"), "six_axis_arm": ("a1", "d1
 
 def arm_lengths(robot: Any) -> Floats:
     """The lengths of a built-in arm, in the order of its constructor."""
-    name, parameters = robot.closed_form
-    return np.array([float(parameters[key]) for key in _ARM_KEYS[name]])
+    known = robot.memo.get("arm lengths")
+    if known is None:
+        name, parameters = robot.closed_form
+        known = robot.memo["arm lengths"] = np.array([float(parameters[key]) for key in _ARM_KEYS[name]])
+    return known
 
 
 def srs_inverse(robot: Any, target: Any, *, psi: ArrayLike | None = None, seed: ArrayLike | None = None) -> IkSolutions:
@@ -38,23 +41,33 @@ def srs_inverse(robot: Any, target: Any, *, psi: ArrayLike | None = None, seed: 
     arm = arm_lengths(robot)
     motor = pose_motor(target)
     seeds = np.zeros(7) if seed is None else float_array(seed, "seed", last=7)
-    angle = (
-        float_array(psi, "psi") if psi is not None else elbow_angle(arm, seeds) if seed is not None else np.zeros(())
-    )
-    batch = np.broadcast_shapes(motor.shape[:-1], angle.shape, seeds.shape[:-1])
-    table = run(srs_branches, (False, False, False, True), *broadcast_rows(batch, motor, angle[..., None], seeds), arm)
+    if psi is not None:
+        angle = angle_column(psi, "psi")
+    else:
+        angle = np.zeros(1) if seed is None else elbow_angle(arm, seeds)[..., None]
+    batch = batch_shape(motor, angle, seeds)
+    single = (False, False, False, True)
+    if batch == ():
+        table = run_one(srs_branches, single, motor, angle, seeds, arm)
+    else:
+        table = run(srs_branches, single, *broadcast_rows(batch, motor, angle, seeds), arm)
     q = np.ascontiguousarray(table[:, :56]).reshape(*batch, 8, 7)
     reach, gap = table[:, 56].reshape(batch), table[:, 57].reshape(batch)
-    valid = np.repeat((reach > -REACH_TOLERANCE)[..., None], 8, axis=-1)
-    names = ("reference", "theta1_free", "theta3_free", "theta5_free")
-    flags = {name: (table[:, 58 + k] > 0.5).reshape(batch) for k, name in enumerate(names)}
-    flags["stretched"] = np.abs(reach) < 1e-12
-    free = np.broadcast_to(angle[..., None], (*batch, 8))
-    span = f"the arm spans {abs(arm[1] - arm[2]):.4g} to {arm[1] + arm[2]:.4g} m from shoulder to wrist"
-    return IkSolutions(
-        q, valid, branch_table(3), lambda: pose_residual(robot, q, motor), True,
-        lambda: reach_reasons(valid, gap, span), bits=SRS_BITS, flags=flags, free=free,
-    )  # fmt: skip
+    valid = np.empty((*batch, 8), bool)
+    valid[...] = (reach > -REACH_TOLERANCE)[..., None]
+
+    def flags() -> dict[str, NDArray[np.bool_]]:
+        names = ("reference", "theta1_free", "theta3_free", "theta5_free")
+        free = {name: (table[:, 58 + k] > 0.5).reshape(batch) for k, name in enumerate(names)}
+        return {**free, "stretched": np.abs(reach) < 1e-12}
+
+    def reason() -> Any:
+        span = f"the arm spans {abs(arm[1] - arm[2]):.4g} to {arm[1] + arm[2]:.4g} m from shoulder to wrist"
+        return reach_reasons(valid, gap, span)
+
+    free = float(angle[0]) if batch == () else np.broadcast_to(angle, (*batch, 8))
+    residual = lambda: pose_residual(robot, q, motor)
+    return IkSolutions(q, valid, branch_table(3), residual, True, reason, bits=SRS_BITS, flags=flags, free=free)
 
 
 def six_axis_inverse(robot: Any, target: Any, *, seed: ArrayLike | None = None) -> IkSolutions:
@@ -65,22 +78,29 @@ def six_axis_inverse(robot: Any, target: Any, *, seed: ArrayLike | None = None) 
     arm = arm_lengths(robot)
     motor = pose_motor(target)
     seeds = np.zeros(6) if seed is None else float_array(seed, "seed", last=6)
-    batch = np.broadcast_shapes(motor.shape[:-1], seeds.shape[:-1])
-    table = run(six_axis_branches, (False, False, True), *broadcast_rows(batch, motor, seeds), arm)
+    batch = batch_shape(motor, seeds)
+    if batch == ():
+        table = run_one(six_axis_branches, (False, False, True), motor, seeds, arm)
+    else:
+        table = run(six_axis_branches, (False, False, True), *broadcast_rows(batch, motor, seeds), arm)
     q = np.ascontiguousarray(table[:, :48]).reshape(*batch, 8, 6)
-    reach, gap = table[:, 48:50].reshape(*batch, 2), table[:, 50:52].reshape(*batch, 2).min(axis=-1)
-    valid = np.repeat(reach > -REACH_TOLERANCE, 4, axis=-1)
-    flags = {
-        "on_axis": (table[:, 52] > 0.5).reshape(batch),
-        "straight_wrist": np.repeat((table[:, 53:57] > 0.5).reshape(*batch, 4), 2, axis=-1),
-        "stretched": np.repeat(np.abs(reach) < 1e-12, 4, axis=-1),
-    }
-    forearm = float(np.hypot(arm[3], arm[4]))
-    span = f"the arm spans {abs(arm[2] - forearm):.4g} to {arm[2] + forearm:.4g} m from shoulder to wrist"
-    return IkSolutions(
-        q, valid, branch_table(3), lambda: pose_residual(robot, q, motor), True,
-        lambda: reach_reasons(valid, gap, span), bits=SIX_BITS, flags=flags,
-    )  # fmt: skip
+    reach, gap = table[:, 48:50].reshape(*batch, 2), table[:, 50:52].reshape(*batch, 2)
+    valid = (reach > -REACH_TOLERANCE).repeat(4, axis=-1)
+
+    def flags() -> dict[str, NDArray[np.bool_]]:
+        return {
+            "on_axis": (table[:, 52] > 0.5).reshape(batch),
+            "straight_wrist": np.repeat((table[:, 53:57] > 0.5).reshape(*batch, 4), 2, axis=-1),
+            "stretched": np.repeat(np.abs(reach) < 1e-12, 4, axis=-1),
+        }
+
+    def reason() -> Any:
+        forearm = float(np.hypot(arm[3], arm[4]))
+        span = f"the arm spans {abs(arm[2] - forearm):.4g} to {arm[2] + forearm:.4g} m from shoulder to wrist"
+        return reach_reasons(valid, gap.min(axis=-1), span)
+
+    residual = lambda: pose_residual(robot, q, motor)
+    return IkSolutions(q, valid, branch_table(3), residual, True, reason, bits=SIX_BITS, flags=flags)
 
 
 def elbow_angle(arm: Floats, q: Floats) -> Floats:
