@@ -194,39 +194,63 @@ def peers(count, families=("discs", "balls", "flat-ellipses", "lobed-stars", "pl
             )
 
 
-def tracking(count):
-    print("| law | period, ms | worlds | reached | collisions | least clearance, m | rms of s, mm/s | TV(u), m/s^3 |")
-    print("|---|---|---|---|---|---|---|---|")
-    for law in ("implicit-unit-vector", "explicit", "boundary-layer", "super-twisting"):
-        for period in (0.05, 0.02, 0.005, 0.001):
+def tracking(count, laws=()):
+    """60 discs worlds; "used" is how far a run went into the margin, "covered" whether `tracking_inflation` is at least that."""
+    print(
+        "| law | period, ms | worlds | reached | collisions | least clearance, mm | rms of s, mm/s | TV(u), m/s^3 | margin used, mm | inflation computed, mm | covered |"
+    )
+    print("|---|---|---|---|---|---|---|---|---|---|---|")
+    speed = control.SpeedProfile(braking=1.6, lateral=1.6)
+    choices = {
+        "implicit + feedforward (default)": ("implicit-unit-vector", {}),
+        "implicit": ("implicit-unit-vector", {"feedforward": False}),
+        "explicit": ("explicit", {}),
+        "boundary layer 0.1 m/s": ("boundary-layer", {}),
+        "super-twisting": ("super-twisting", {}),
+    }
+    for name in laws or choices:
+        law, options = choices[name]
+        for period in (0.001, 0.005, 0.02, 0.05):
             rows = []
-            for seed in range(count if law.startswith("implicit") or period > 0.002 else max(count // 6, 1)):
+            for seed in range(count):
                 world = random_world("discs", seed)
                 centers, radii = world.obstacles
-                apart = (
-                    np.linalg.norm(centers[:, None] - centers, axis=-1)
-                    - radii[:, None]
-                    - radii
-                    + 1e9 * np.eye(len(radii))
-                )
+                gaps = np.linalg.norm(centers[:, None] - centers, axis=-1) - radii[:, None] - radii
+                np.fill_diagonal(gaps, np.inf)
                 ends = [0.5 * (np.linalg.norm(centers - p, axis=1) - radii).min() for p in (world.start, world.goal)]
-                field = HarmonicField(world.goal, world.obstacles, margin=min(0.05, 0.4 * apart.min(), *ends))
+                margin = min(0.05, 0.4 * gaps.min(), *ends)
+                field = HarmonicField(world.goal, world.obstacles, margin=margin)
                 run = control.track(
                     field,
                     world.start,
                     world.goal,
                     period=period,
-                    law=law,
+                    law=control.SlidingMode(4.0, law, **options),
+                    speed=speed,
                     disturbance=0.3,
                     clearance=lambda x, c=centers, r=radii: (np.linalg.norm(x[:, None] - c, axis=2) - r).min(1),
                 )
+                near = np.linalg.norm(run.positions[:, None] - centers, axis=2) - radii
+                k = int(np.unravel_index(near.argmin(), near.shape)[1])
+                away = float(np.linalg.norm(centers[k] - world.goal))
+                used = max(0.0, margin - run.clearance)
+                need = float(control.tracking_inflation(radii[k], away, speed, run.worst_error(nearer=margin)))
                 rows.append(
-                    (run.reached, run.clearance < 0.0, run.clearance, run.rms_error(1.0), run.total_variation())
+                    (
+                        run.reached,
+                        run.clearance < 0.0,
+                        run.clearance,
+                        run.rms_error(1.0),
+                        run.total_variation(),
+                        used,
+                        need,
+                    )
                 )
-            table = np.array(rows, float)
+            t = np.array(rows, float)
+            covered = int((t[:, 6] >= t[:, 5]).sum())
             print(
-                f"| {law} | {period * 1e3:g} | {len(rows)} | {int(table[:, 0].sum())} | {int(table[:, 1].sum())} | {table[:, 2].min():.3f} | "
-                f"{table[:, 3].mean() * 1e3:.0f} | {table[:, 4].mean():.1f} |",
+                f"| {name} | {period * 1e3:g} | {count} | {int(t[:, 0].sum())} | {int(t[:, 1].sum())} | {t[:, 2].min() * 1e3:.1f} | "
+                f"{t[:, 3].mean() * 1e3:.0f} | {t[:, 4].mean():.1f} | {t[:, 5].max() * 1e3:.2f} | {t[:, 6].max() * 1e3:.1f} | {covered} |",
                 flush=True,
             )
 
@@ -236,4 +260,4 @@ if __name__ == "__main__":
     what = sys.argv[1] if len(sys.argv) > 1 else "speed"
     count = [int(a) for a in sys.argv[2:3]]
     {"speed": lambda: speed(), "worlds": lambda: worlds(*(count or [1000]), sys.argv[3:] or FAMILIES), "peers": lambda: peers(*(count or [50]), *([sys.argv[3:]] if sys.argv[3:] else [])),
-     "tracking": lambda: tracking(*(count or [60]))}[what]()  # fmt: skip
+     "tracking": lambda: tracking(*(count or [60]), sys.argv[3:])}[what]()  # fmt: skip

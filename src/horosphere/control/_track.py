@@ -32,8 +32,10 @@ class PointMass:
 class Track:
     """A simulated run: `time` (k,) s, `positions`, `velocities` (k, n), `inputs` (k, n) m/s^2 held from each time on.
 
-    `errors` (k,) m/s are the sizes of v - v_d; `reason` is "reached" or says what happened; `clearance` the least value of the given
-    clearance function along the run, `inflation` by how much the zones would have to be larger for it to stay above 0.
+    `errors` (k,) m/s are the sizes of v - v_d and `clearances` (k,) m the least values of the given clearance function in
+    the periods that begin there; `reason` is "reached" or says what happened; `clearance` the least value along the whole run,
+    `inflation` by how much the zones would have to be larger for it to stay above 0. What to grow zones by beforehand:
+    `tracking_inflation`, for the `worst_error` within that growth.
     """
 
     time: Array
@@ -41,6 +43,7 @@ class Track:
     velocities: Array
     inputs: Array
     errors: Array
+    clearances: Array
     reason: str
     clearance: float
 
@@ -56,6 +59,12 @@ class Track:
         """Root mean square of the velocity error from `after` seconds on, m/s."""
         late = self.errors[self.time >= after]
         return float(np.sqrt((late**2).mean())) if len(late) else 0.0
+
+    def worst_error(self, nearer: float = np.inf) -> float:
+        """The largest velocity error, m/s, at the ends of the periods with a clearance below `nearer` m; 0 where there were none."""
+        near = self.clearances < nearer
+        near[1:] |= near[:-1]
+        return float(self.errors[near].max(initial=0.0))
 
     def total_variation(self) -> float:
         """Of the input, per second of the run: the measure of chattering, m/s^3."""
@@ -128,8 +137,15 @@ def track(
         t += period
     log.append((t, x, v, np.zeros_like(x), float(np.linalg.norm(v - wanted(x)))))
     time, positions, velocities, inputs, errors = (np.array(column) for column in zip(*log))
-    least = np.inf if clearance is None else float(np.min(clearance(np.array(dense)))) - robot.radius
-    return Track(time, positions, velocities, inputs, errors, reason, least)
+    least = np.full(len(time), np.inf)
+    if clearance is not None:
+        along = np.asarray(clearance(np.array(dense)), dtype=np.float64) - robot.radius
+        # of every period, both its ends included
+        least[:-1] = np.minimum(
+            along[:-1].reshape(-1, int(substeps)).min(axis=1), along[int(substeps) :: int(substeps)]
+        )
+        least[-1] = along[-1]
+    return Track(time, positions, velocities, inputs, errors, least, reason, float(least.min()))
 
 
 def _slow_turn(size: float, n: int) -> Callable[[float, Array], Array]:
@@ -150,39 +166,53 @@ def _approach(clearance: Callable[[Array], Array], x: Array, v: Array) -> float:
     return max(0.0, float(here - there) / h)
 
 
-def tracking_inflation(radius: ArrayLike, distance: ArrayLike, speed: float, error: float) -> Array:
+def tracking_inflation(radius: ArrayLike, distance: ArrayLike, speed: float | SpeedProfile, error: float) -> Array:
     """By how much (...) a zone of `radius` R must be grown so that a robot with velocity error up to `error` does not enter it.
 
-    On the sphere of radius R inside the grown zone R + x the planar-log field for the grown zone still points outwards: its least
-    outward share is sought over the sphere, and x is the least growth with speed x share >= error. `distance` D > R from its centre
-    to the goal; infinite where no growth short of the goal does. One zone; our derivation (docs/fields.md).
+    On the sphere of radius R inside the grown zone R + x the planar-log field of the grown zone still points outwards: x is the least
+    growth with speed times outward share >= `error` all over that sphere, the speed in m/s constant or by a profile (which slows down
+    where lines bend). `distance` D > R from the zone's centre to the goal; infinite where no growth short of the goal does. For a
+    zone that is met alone; our derivation (docs/fields.md).
     """
     R, D = np.broadcast_arrays(float_array(radius, "radius"), float_array(distance, "distance"))
     if (R <= 0.0).any() or (D <= R).any():
         raise InputError("expected 0 < radius < distance", place="radius, distance")
-    if not speed > 0.0 or error < 0.0:
-        raise InputError(f"expected speed > 0 and error >= 0, got {speed:g} and {error:g}", place="speed, error")
+    if (not isinstance(speed, SpeedProfile) and not speed > 0.0) or error < 0.0:
+        raise InputError(f"expected speed > 0 and error >= 0, got {speed} and {error:g}", place="speed, error")
     result = np.empty(R.shape)
     for k in np.ndindex(R.shape):
-        high = float(D[k] - R[k]) * (1.0 - 1e-9)
-        if speed * _outward_share(float(R[k]), float(D[k]), high) < error:
-            result[k] = np.inf
-            continue
-        low = 0.0
-        for _ in range(60):
+        most = float(D[k] - R[k]) * (1.0 - 1e-9)
+        low = high = 0.0
+
+        def falls_short(growth: float, k=k) -> bool:
+            return _outward_speed(float(R[k]), float(D[k]), growth, speed) < error
+
+        if error > 0.0:
+            ladder = np.geomspace(1e-9 * most, most, 40)
+            high = next((float(growth) for growth in ladder if not falls_short(growth)), np.inf)
+            low = 0.5 * high if high < np.inf else 0.0  # one rung of the ladder lower
+        while high < np.inf and high - low > 1e-3 * high:
             middle = 0.5 * (low + high)
-            low, high = (
-                (middle, high) if speed * _outward_share(float(R[k]), float(D[k]), middle) < error else (low, middle)
-            )
+            low, high = (middle, high) if falls_short(middle) else (low, middle)
         result[k] = high
     return result
 
 
-def _outward_share(R: float, D: float, growth: float) -> float:
-    """The least normal component of the unit direction on the sphere of radius R in the field of the zone R + growth."""
-    c = np.cos(np.linspace(0.0, np.pi, 2001))  # angle between the outward normal and the direction from centre to goal
-    q = (R + growth) / (R + growth + D)
-    away = R * R + D * D - 2.0 * R * D * c
-    normal = q / R - (R - D * c) / away
-    across = D * np.sqrt(1.0 - c * c) / away
-    return float((normal / np.maximum(np.hypot(normal, across), 1e-300)).min())
+def _outward_speed(R: float, D: float, growth: float, speed: float | SpeedProfile) -> float:
+    """The least outward part of the velocity, m/s, on the sphere of radius R in the field of the zone R + growth."""
+    # the angle from the antipode, near which the part is least: dense there
+    off = np.concatenate([[0.0], np.geomspace(1e-6, np.pi, 1000 if not isinstance(speed, SpeedProfile) else 120)])
+    center, q = np.array([D, 0.0]), (R + growth) / (R + growth + D)
+    normal = np.stack([np.cos(off), np.sin(off)], axis=-1)
+    x = center + R * normal
+
+    def direction(z: Array) -> Array:
+        y = z - center
+        e = q * y / (y * y).sum(axis=-1, keepdims=True) - z / (z * z).sum(axis=-1, keepdims=True)
+        return e / np.maximum(np.linalg.norm(e, axis=-1, keepdims=True), 1e-300)
+
+    share = (direction(x) * normal).sum(axis=-1)
+    if isinstance(speed, SpeedProfile):
+        share = share * [speed(z, np.zeros(2), direction)[0] for z in x]
+        return float(share.min())
+    return float(share.min()) * speed

@@ -167,7 +167,8 @@ def _check_charges(field, world, far: Array, add) -> None:
 
 
 def _star_gaps(field, gaps: Array) -> Array:
-    """Lower bounds of the gaps with the stars' own outlines; where only sampling tells them apart, the sum of the shell widths."""
+    """Lower bounds of the gaps with the stars' own outlines; where one reaches into a bay of another the sum of the shell widths,
+    which were proven disjoint."""
     from ._merge import as_star
     from ._shells import separation
 
@@ -178,6 +179,7 @@ def _star_gaps(field, gaps: Array) -> Array:
     gaps = gaps.copy()
     for i in range(first, m):
         for j in range(i):
-            gap = separation(bodies[i], bodies[j])
-            gaps[i, j] = gaps[j, i] = gap if gap > 0.0 else widths[i] + widths[j]
+            a, b, shells = bodies[i], bodies[j], widths[i] + widths[j]
+            far = separation(a, b)
+            gaps[i, j] = gaps[j, i] = far if far > 0.0 else shells
     return gaps

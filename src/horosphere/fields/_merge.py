@@ -25,17 +25,21 @@ def merge(bodies: list[Star | tuple[Array, float, str]], goal: Array) -> tuple[l
 
     Raises InputError naming the cluster where no way of merging leaves the goal outside.
     """
-    notes: list[str] = []
+    made: dict[int, tuple[Star, list[Star]]] = {}  # merged stars by identity, and what they were made of
     while True:
         cluster = _first_cluster(bodies)
         if cluster is None:
-            return bodies, notes
-        parts = [as_star(bodies[k]) for k in cluster]
-        names = " + ".join(part.name for part in parts)
-        merged = _merged(parts, goal, names)
-        notes.append(f"merged {names} into one star-shaped zone, at most {merged.slack:.3g} m larger")
+            break
+        parts: list[Star] = []
+        for k in cluster:
+            parts += made.pop(id(bodies[k]))[1] if id(bodies[k]) in made else [as_star(bodies[k])]
+        merged = _merged(parts, goal, " + ".join(part.name for part in parts))
+        made[id(merged)] = (merged, parts)
         chosen = set(cluster)
         bodies = [body for k, body in enumerate(bodies) if k not in chosen] + [merged]
+    return bodies, [
+        f"merged {star.name} into one star-shaped zone, at most {star.slack:.3g} m larger" for star, _ in made.values()
+    ]
 
 
 def _first_cluster(bodies) -> list[int] | None:
@@ -95,14 +99,7 @@ def _merged(parts: list[Star], goal: Array, names: str) -> Star:
     )
 
 
-def _convex(parts: list[Star]) -> None:
-    for part in parts:
-        if not part.exact_support:
-            raise InputError(f"{part.name} is not known to be convex")
-
-
 def _union(parts: list[Star], names: str):
-    _convex(parts)
     point = common_point(parts)
     if point is None:
         raise InputError("no point lies inside all of them")
@@ -149,7 +146,6 @@ def _reach(star: Star, centers: Array, radii: Array) -> float:
 
 def _hull(parts: list[Star], names: str):
     """The convex hull by supporting half-spaces in well-spread directions, smoothed."""
-    _convex(parts)
     n = parts[0].dimension
     if n > 3:
         raise InputError(f"not done for shapes in R^{n}")

@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 
 from ..errors import unknown_name
 from ..maps import Star, ellipsoid, lobed
+from ..maps._cells import disjoint
 from ._merge import as_star
-from ._shells import apart, separation
+from ._shells import separation
 
 Array = NDArray[np.float64]
 FAMILIES = ("discs", "balls", "balls-4d", "balls-6d", "flat-ellipses", "lobed-stars", "plates")
@@ -105,9 +106,9 @@ def _scatter_stars(rng, start: Array, goal: Array, family: str) -> list[Star]:
 
 
 def _clear(a: Star, b: Star) -> bool:
-    if separation(a, b, GAP) >= GAP:
-        return True
-    return not a.convex and apart(a, b, GAP, GAP)
+    if a.convex:
+        return separation(a, b, GAP) >= GAP
+    return disjoint(a, 0.5 * GAP, b, 0.5 * GAP) is True
 
 
 def as_stars(world: RandomWorld) -> list[Star]:

@@ -7,22 +7,36 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from ..maps import Star
+from ..maps import RoundHull, Star
+from ..maps._cells import disjoint
 from ..maps._directions import directions, unit
 
 Array = NDArray[np.float64]
 
 
 def separation(a: Star, b: Star, enough: float = np.inf) -> float:
-    """A lower bound of the distance between two stars, metres: the best separating slab found; stops once `enough`.
+    """A lower bound of the distance between two stars, metres, by slabs between their convex pieces; stops once `enough`.
 
-    For unit w the slab between them is w . (c_b - c_a) - h_a(w) - h_b(-w) wide, h the supports: exact at the best w for convex
-    bodies, and not above 0 where one reaches into a bay of the other.
+    Not above 0 where a piece of the one meets a piece of the other, or no pieces are known and the balls around the stars meet.
+    """
+    simple = float(np.linalg.norm(b.center - a.center)) - a.outer - b.outer
+    if simple >= enough or not (a.pieces and b.pieces):
+        return simple
+    least = np.inf
+    for one in a.pieces:
+        for other in b.pieces:
+            least = min(least, _slab(one, other, enough))
+            if least <= 0.0:
+                break
+    return max(least, simple)
+
+
+def _slab(a: Star, b: Star, enough: float) -> float:
+    """The widest slab found between two convex bodies.
+
+    For unit w it is w . (c_b - c_a) - h_a(w) - h_b(-w) wide, h the supports: at the best w the distance itself.
     """
     between = b.center - a.center
-    simple = float(np.linalg.norm(between)) - a.outer - b.outer
-    if simple >= enough:
-        return simple
 
     def slab(w: Array) -> Array:
         return w @ between - a.support(w) - b.support(-w)
@@ -39,63 +53,60 @@ def separation(a: Star, b: Star, enough: float = np.inf) -> float:
             best, value = trials[int(values.argmax())], float(values.max())
         else:
             spread *= 0.5
-    return max(value, simple)
-
-
-def apart(a: Star, b: Star, width_a: float, width_b: float) -> bool:
-    """Whether the shells of a and b are disjoint, by sampling both outer boundaries (no proof)."""
-    u = directions(a.dimension)
-    for one, other, w1, w2 in ((a, b, width_a, width_b), (b, a, width_b, width_a)):
-        r = one.radial(u)[0] + w1
-        spacing = 0.01 * float(r.max()) if a.dimension == 2 else 0.05 * float(r.max())
-        if float(other.level(one.center + r[:, None] * u).min()) - w2 < spacing:
-            return False
-    return True
+    return value
 
 
 def shell_widths(stars: Sequence[Star], centers: Array, radii: Array, walls: Array) -> tuple[Array, list[str]]:
-    """The widths of disjoint shells, half the outer radius where there is room, and what was only sampled."""
+    """The widths of disjoint shells, half the outer radius where there is room, and what rests on samples.
+
+    Convex bodies share the gap between them; where one may reach into a bay of the other the widths are shrunk until `disjoint`
+    proves the shells apart.
+    """
     wide = np.array([0.5 * star.outer for star in stars])
-    notes: list[str] = []
     for i, star in enumerate(stars):
         for center, radius in zip(centers, radii):
-            near = float(np.linalg.norm(center - star.center)) - radius - star.outer
-            if near < wide[i]:
-                wide[i] = min(wide[i], 0.98 * ball_gap(star, center, radius))
+            if float(np.linalg.norm(center - star.center)) - radius - star.outer < wide[i]:
+                ball = RoundHull(center, np.zeros(len(center)), radius, radius)
+                wide[i] = min(wide[i], _fitting(star, wide[i], ball, 0.0)[0])
         for wall in walls:
             wide[i] = min(wide[i], 0.98 * wall_gap(star, wall))
     for i, a in enumerate(stars):
         for j in range(i):
-            b = stars[j]
-            gap = separation(a, b, wide[i] + wide[j])
-            if gap > 1e-3 * (wide[i] + wide[j]):
-                if gap < wide[i] + wide[j]:
-                    half = 0.49 * gap
-                    wide[i], wide[j] = (
-                        min(wide[i], max(half, 0.98 * gap - wide[j])),
-                        min(wide[j], max(half, 0.98 * gap - wide[i])),
-                    )
-                continue
-            share = 1.0
-            while share > 1e-3 and not apart(a, b, share * wide[i], share * wide[j]):
-                share *= 0.7
-            wide[i], wide[j] = share * wide[i], share * wide[j]
-            notes.append(f"shells of {a.name} and {b.name} reach into each other's bays: disjoint by sampling only")
+            wide[i], wide[j] = _fitting(a, wide[i], stars[j], wide[j])
+    notes = [
+        f"{star.name}: its steepness was sampled, and gaps rest on it (give `steepest`)"
+        for star in stars
+        if not star.proven
+    ]
     return wide, notes
 
 
-def ball_gap(star: Star, center: Array, radius: float) -> float:
-    """A lower bound of the distance between a star and a ball, metres."""
-    from ..maps import RoundHull
-
-    ball = RoundHull(center, np.zeros(len(center)), radius, radius)
-    gap = separation(star, ball)
-    if gap > 0.0:
-        return gap
-    share = 0.5 * star.outer
-    while share > 1e-4 * star.outer and not apart(star, ball, share, 1e-9):
-        share *= 0.7
-    return share if share > 1e-4 * star.outer else gap
+def _fitting(a: Star, width_a: float, b: Star, width_b: float) -> tuple[float, float]:
+    """The widths, or smaller ones with which the shells are disjoint; 0 where none were found."""
+    enough = width_a + width_b
+    if float(np.linalg.norm(a.center - b.center)) - a.outer - b.outer >= enough:
+        return width_a, width_b
+    if a.pieces and b.pieces:
+        gap = separation(a, b, enough)
+        if gap >= enough:
+            return width_a, width_b
+        if gap > 0.0:
+            half = 0.49 * gap
+            return min(width_a, max(half, 0.98 * gap - width_b)), min(width_b, max(half, 0.98 * gap - width_a))
+    share = 1.0
+    while disjoint(a, share * width_a, b, share * width_b) is not True:
+        share *= 0.5
+        if share < 1e-6:
+            return 0.0, 0.0
+    if share < 1.0:  # proven at share, not at twice that
+        high = 2.0 * share
+        while high - share > 0.15 * share:
+            middle = 0.5 * (share + high)
+            if disjoint(a, middle * width_a, b, middle * width_b) is True:
+                share = middle
+            else:
+                high = middle
+    return share * width_a, share * width_b
 
 
 def wall_gap(star: Star, wall: Array) -> float:
@@ -106,11 +117,7 @@ def wall_gap(star: Star, wall: Array) -> float:
 
 
 def touching(a: Star, b: Star) -> bool:
-    """Whether two stars touch or overlap, as far as slabs and sampling can tell."""
-    if separation(a, b, 1e-12) > 0.0:
+    """Whether two stars touch, overlap, or come so near that they cannot be told apart."""
+    if a.pieces and b.pieces and separation(a, b, 1e-12) > 0.0:
         return False
-    u = directions(a.dimension)
-    pairs = ((a, b), (b, a))
-    return any(
-        float(q.level(p.center + p.radial(u)[0][:, None] * u).min()) <= 0.0 or q.contains(p.center) for p, q in pairs
-    )
+    return disjoint(a, 0.0, b, 0.0) is not True

@@ -2,12 +2,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputError
 from ..numeric import float_array
+from ._cells import grid
 from ._directions import directions, unit
 from ._star import Star
 
@@ -18,12 +20,15 @@ Array = NDArray[np.float64]
 class FunctionStar(Star):
     """The star with a radial function of the user's: `function`(u (m, n)) -> r (m,) metres, for unit directions u.
 
-    `slope`(u) -> (m, n), the gradient on the sphere, is taken by central differences when absent. Construction tries the function on
-    well-spread directions and raises InputError for a wrong shape, NaN, radii not above 0 or a jump.
+    `slope`(u) -> (m, n), the gradient on the sphere, is taken by central differences when absent. `steepest` bounds its size, metres:
+    what is said of the star's size and of gaps is proven with it; without it 1.25 times the steepest sample is taken. Construction
+    tries the function on well-spread directions and raises InputError for a wrong shape, NaN, radii not above 0, a jump, or a
+    function steeper than stated.
     """
 
     function: Callable[[Array], Array]
     slope: Callable[[Array], Array] | None = None
+    steepest: float | None = None
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -34,6 +39,19 @@ class FunctionStar(Star):
         step = np.abs(self._radii(v) - r) / (1e-6 * r.max())
         if step.max() > 1e4:
             raise InputError(f"the radial function jumps near direction {u[step.argmax()].round(4)}", place="function")
+        found = float(np.linalg.norm(self.radial(u)[1], axis=-1).max())
+        if not np.isfinite(found):
+            raise InputError("the slope of the radial function is not finite", place="slope")
+        if self.steepest is not None and not found <= self.steepest * (1.0 + 1e-6) + 1e-6 * r.max():
+            raise InputError(
+                f"the radial function is steeper than stated: {found:.3g} m in one direction", place="steepest"
+            )
+        object.__setattr__(self, "_steep", 1.25 * found if self.steepest is None else float(self.steepest))
+        if not self.inner > 0.0:
+            raise InputError(
+                f"the radial function is too steep ({self.steepness:.3g} m) for radii from {r.min():.3g} m on to be bounded",
+                place="steepest" if self.proven else "function",
+            )
 
     def _radii(self, u: Array) -> Array:
         try:
@@ -61,6 +79,8 @@ class FunctionStar(Star):
         r = self._radii(flat)
         if self.slope is not None:
             g = np.asarray(self.slope(flat), dtype=np.float64)
+            if g.shape != flat.shape:
+                raise InputError(f"expected slopes of shape {flat.shape}, got {g.shape}", place="slope")
         else:
             h = 1e-5
             g = np.empty_like(flat)
@@ -71,39 +91,80 @@ class FunctionStar(Star):
         g = g - (g * flat).sum(axis=-1, keepdims=True) * flat
         return r.reshape(u.shape[:-1]), g.reshape(u.shape)
 
-    def support(self, w: Array) -> Array:
-        u = directions(self.dimension)
-        return 1.02 * ((np.asarray(w) @ u.T) * self._radii(u)).max(axis=-1)
+    @property
+    def steepness(self) -> float:
+        return self._steep  # pyright: ignore[reportAttributeAccessIssue]
 
     @property
-    def exact_support(self) -> bool:
-        return False
+    def kernel(self) -> float:
+        """From the centre a tangent plane is r^2 / sqrt(r^2 + |grad r|^2) away, which grows with r."""
+        return self.inner**2 / float(np.hypot(self.inner, self.steepness))
+
+    @cached_property
+    def _outline(self) -> tuple[Array, Array]:
+        """Boundary points (k, n) relative to the centre, and how far any boundary point nearby may be from each (k,)."""
+        u, angle = grid(self.dimension)
+        r, steep = self._radii(u), self.steepness
+        return r[:, None] * u, angle * np.hypot(r + steep * angle, steep)
+
+    def support(self, w: Array) -> Array:
+        points, reach = self._outline
+        w = np.asarray(w, dtype=np.float64)
+        return (w @ points.T + reach * np.linalg.norm(w, axis=-1)[..., None]).max(axis=-1)
+
+    @property
+    def proven(self) -> bool:
+        return self.steepest is not None
 
     @property
     def convex(self) -> bool:
         return False
 
+    def distance(self, x: Array) -> Array:
+        """(r - r_i) / sqrt(1 + (steepness / r_i)^2), a lower bound: on the way to the star the radius is not below r_i."""
+        u, r = unit(np.asarray(x, dtype=np.float64) - self.center)
+        edge = self._radii(u.reshape(-1, self.dimension)).reshape(r.shape)
+        return (r - edge) / np.hypot(1.0, self.steepness / edge)
+
     def grown(self, margin: float) -> FunctionStar:
-        """Scaled by 1 + margin / k, k the (sampled) radius of the ball about the centre from which all of the star is seen."""
+        """r + margin sqrt(1 + (steepness / r)^2): what is within `margin` metres of the star is no further out on its ray."""
         if margin == 0.0:
             return self
-        factor = 1.0 + margin / self.seen_radius()
-        function, slope = self.function, self.slope
-        slack = self.slack * factor + (factor - 1.0) * self.outer - margin
+        steep, function, slope = self.steepness, self.function, self.slope
+
+        def radius(v: Array) -> Array:
+            r = np.asarray(function(v), dtype=np.float64)
+            return r + margin * np.hypot(1.0, steep / r)
+
+        def gradient(v: Array) -> Array:
+            r = np.asarray(function(v), dtype=np.float64)
+            return np.asarray(slope(v)) * (1.0 - margin * steep**2 / (r**2 * np.hypot(r, steep)))[..., None]  # pyright: ignore[reportOptionalCall]
+
+        turned = margin * steep**2 / (self.inner**2 * np.hypot(self.inner, steep)) - 1.0
         return FunctionStar(
             self.center,
-            lambda v: factor * np.asarray(function(v)),
-            None if slope is None else lambda v: factor * np.asarray(slope(v)),
+            radius,
+            None if slope is None else gradient,
+            None if self.steepest is None else steep * max(1.0, float(turned)),
             name=self.name,
-            slack=slack,
+            slack=self.slack + margin * (float(np.hypot(1.0, steep / self.inner)) - 1.0),
         )
 
 
 def star(
-    center, function: Callable[[Array], Array], slope: Callable[[Array], Array] | None = None, *, name: str = ""
+    center,
+    function: Callable[[Array], Array],
+    slope: Callable[[Array], Array] | None = None,
+    *,
+    steepest: float | None = None,
+    name: str = "",
 ) -> FunctionStar:
     """The star-shaped body center + r u, r <= function(u), in any R^n; see `FunctionStar`."""
-    return FunctionStar(float_array(center, "center", ndim=1), function, slope, name=name)
+    if not callable(function):
+        raise InputError(f"expected a function of directions u (m, n), got {type(function).__name__}", place="function")
+    if steepest is not None and not (np.isfinite(steepest) and steepest >= 0.0):
+        raise InputError(f"expected a number of at least 0, got {steepest:g}", place="steepest")
+    return FunctionStar(float_array(center, "center", ndim=1), function, slope, steepest, name=name)
 
 
 def lobed(center, radius: float, depth: float, lobes: int, phase: float = 0.0, *, name: str = "") -> FunctionStar:
@@ -118,4 +179,6 @@ def lobed(center, radius: float, depth: float, lobes: int, phase: float = 0.0, *
         across = -radius * depth * lobes * np.sin(lobes * np.arctan2(u[..., 1], u[..., 0]) + phase)
         return across[..., None] * np.stack([-u[..., 1], u[..., 0]], axis=-1)
 
-    return FunctionStar(float_array(center, "center", ndim=1, last=2), function, slope, name=name)
+    return FunctionStar(
+        float_array(center, "center", ndim=1, last=2), function, slope, radius * depth * lobes, name=name
+    )

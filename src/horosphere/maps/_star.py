@@ -2,12 +2,14 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputError
 from ..numeric import float_array
+from ._cells import extreme_radii
 from ._directions import directions, unit
 
 Array = NDArray[np.float64]
@@ -47,39 +49,50 @@ class Star(ABC):
         """A star that holds every point within `margin` metres of this one."""
 
     @property
-    def inner(self) -> float:
-        """A radius whose ball about the centre lies inside."""
-        return 0.98 * float(self.radial(directions(self.dimension))[0].min())
-
-    @property
-    def outer(self) -> float:
-        """A radius whose ball about the centre holds the body."""
-        return 1.02 * float(self.radial(directions(self.dimension))[0].max())
-
-    @property
-    def exact_support(self) -> bool:
-        """True where `support` and `inner`, `outer` are bounds by a formula, False where they were sampled."""
-        return True
-
-    @property
     def convex(self) -> bool:
         return True
 
-    def seen_radius(self) -> float:
-        """The radius of a ball about the centre from every point of which the star is seen whole, by sampling."""
-        r, g = self.radial(directions(self.dimension))
-        return 0.98 * float((r**2 / np.sqrt(r**2 + (g**2).sum(axis=-1))).min())
+    @property
+    def pieces(self) -> tuple[Star, ...]:
+        """Convex stars that hold this one between them; empty where none are known."""
+        return (self,) if self.convex else ()
+
+    @property
+    def proven(self) -> bool:
+        """True where all bounds of this star are proven, False where one of them was sampled."""
+        return True
+
+    @cached_property
+    def inner(self) -> float:
+        """A radius whose ball about the centre lies inside."""
+        return extreme_radii(self)[0]
+
+    @cached_property
+    def outer(self) -> float:
+        """A radius whose ball about the centre holds the body."""
+        return extreme_radii(self)[1]
+
+    @property
+    def kernel(self) -> float:
+        """The radius of a ball about the centre from every point of which the star is seen whole."""
+        return self.inner
+
+    @property
+    def steepness(self) -> float:
+        """A bound of the gradient of r on the unit sphere, metres: no tangent plane comes nearer to the centre than `kernel`."""
+        return self.outer * float(np.sqrt(max((self.outer / self.kernel) ** 2 - 1.0, 0.0)))
 
     def distance(self, x: Array) -> Array:
         """A lower bound (...) of the distance of points x (..., n), metres; negative inside.
 
-        Convex: the tangent plane at the boundary point on the ray, exact to first order. Else (r / r_i - 1) times `seen_radius`.
+        Convex: the tangent plane at the boundary point on the ray, exact to first order. Else (r / r_i - 1) times `kernel`: r / r_i
+        changes by at most 1 / `kernel` a metre.
         """
         u, r = unit(np.asarray(x, dtype=np.float64) - self.center)
         edge, slope = self.radial(u)
         if self.convex:
             return (r - edge) / np.sqrt(1.0 + (slope**2).sum(axis=-1) / edge**2)
-        return (r / edge - 1.0) * self.seen_radius()
+        return (r / edge - 1.0) * self.kernel
 
     def level(self, x: Array) -> Array:
         """Distance beyond the boundary along the ray from the centre, metres; negative inside."""

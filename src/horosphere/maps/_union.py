@@ -2,12 +2,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputError
 from ..numeric import float_array
+from ._cells import extreme_radii
 from ._directions import unit
 from ._star import Star, _power
 
@@ -16,7 +18,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class SeenFrom(Star):
-    """A convex star `part` seen from another point of its inside."""
+    """A star `part` seen from another point of its inside; of its kernel where it is not convex."""
 
     part: Star
 
@@ -39,8 +41,69 @@ class SeenFrom(Star):
     def support(self, w: Array) -> Array:
         return self.part.support(w) - np.asarray(w) @ (self.center - self.part.center)
 
+    @property
+    def kernel(self) -> float:
+        if not self.part.convex:
+            return self.part.kernel - float(np.linalg.norm(self.center - self.part.center))
+        u, r = unit(self.center - self.part.center)
+        return (1.0 - float(r / self.part.radial(u[None])[0][0])) * self.part.inner
+
+    @cached_property
+    def inner(self) -> float:
+        return max(extreme_radii(self)[0], self.kernel)
+
+    @property
+    def outer(self) -> float:
+        return self.part.outer + float(np.linalg.norm(self.center - self.part.center))
+
+    @property
+    def convex(self) -> bool:
+        return self.part.convex
+
+    @property
+    def proven(self) -> bool:
+        return self.part.proven
+
     def grown(self, margin: float) -> Star:
         return SeenFrom(self.center, self.part.grown(margin), name=self.name, slack=self.part.grown(margin).slack)
+
+
+@dataclass(frozen=True, eq=False)
+class Scaled(Star):
+    """A star `part` made larger about its centre by a factor."""
+
+    part: Star
+    factor: float
+
+    def radial(self, u: Array) -> tuple[Array, Array]:
+        r, slope = self.part.radial(u)
+        return self.factor * r, self.factor * slope
+
+    def support(self, w: Array) -> Array:
+        return self.factor * self.part.support(w)
+
+    @property
+    def inner(self) -> float:
+        return self.factor * self.part.inner
+
+    @property
+    def outer(self) -> float:
+        return self.factor * self.part.outer
+
+    @property
+    def kernel(self) -> float:
+        return self.factor * self.part.kernel
+
+    def grown(self, margin: float) -> Scaled:
+        return Scaled(self.center, self.part.grown(margin / self.factor), self.factor, name=self.name, slack=self.slack)
+
+    @property
+    def convex(self) -> bool:
+        return self.part.convex
+
+    @property
+    def proven(self) -> bool:
+        return self.part.proven
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,8 +138,24 @@ class UnionStar(Star):
         return self._fraction * max(part.outer for part in self.parts)
 
     @property
-    def exact_support(self) -> bool:
-        return all(part.exact_support for part in self.parts)
+    def pieces(self) -> tuple[Star, ...]:
+        if not all(part.convex for part in self.parts):
+            return ()
+        return tuple(Scaled(self.center, part, self._fraction) for part in self.parts)
+
+    @property
+    def kernel(self) -> float:
+        """A ball in all of the parts' kernels is one of their union's."""
+        return min(part.kernel for part in self.parts)
+
+    @property
+    def steepness(self) -> float:
+        """r is a power mean: its gradient is at most the sum of the parts' with weights (r_k / r)^(power - 1)."""
+        return self._fraction * max(part.steepness for part in self.parts)
+
+    @property
+    def proven(self) -> bool:
+        return all(part.proven for part in self.parts)
 
     @property
     def convex(self) -> bool:
@@ -89,15 +168,16 @@ class UnionStar(Star):
 
 
 def union(parts: Sequence[Star], center=None, *, slack: float = 0.05, name: str = "") -> Star:
-    """One smooth star around overlapping convex `parts` that share an inner point (`center`, by default the deepest found).
+    """One smooth star around overlapping `parts` that share an inner point (`center`, by default the deepest found).
 
-    `slack` is the fraction by which the creases may be filled out. Raises InputError where no common point exists.
+    Where a part is not convex the point must lie in its kernel, the ball about its centre from which it is seen whole. `slack` is the
+    fraction by which the creases may be filled out. Raises InputError where no common point exists.
     """
     parts = list(parts)
     if not parts:
         raise InputError("a union needs at least one part", place="parts")
     c = common_point(parts) if center is None else float_array(center, "center", ndim=1, last=parts[0].dimension)
-    if c is None or max(float(part.level(c)) for part in parts) >= 0.0:
+    if c is None or _gauges(parts, c).max() >= 1.0:
         raise InputError(
             f"the {len(parts)} parts have no common inner point",
             place="parts",
@@ -117,17 +197,13 @@ def _seen(part: Star, center: Array) -> Star:
 
 
 def common_point(parts: Sequence[Star]) -> Array | None:
-    """A point deep inside all of the convex `parts`: least max_k of the gauges; None where there is none."""
+    """A point deep inside all of the `parts`, of their kernels where they are not convex; None where none was found."""
     from scipy.optimize import minimize
 
     x0 = np.mean([part.center for part in parts], axis=0)
 
     def gauges(x: Array) -> Array:
-        values = []
-        for part in parts:
-            u, r = unit(x - part.center)
-            values.append(r / float(part.radial(u)[0]))
-        return np.array(values)
+        return _gauges(parts, x)
 
     n = len(x0)
     result = minimize(
@@ -140,3 +216,12 @@ def common_point(parts: Sequence[Star]) -> Array | None:
     )
     best = min((x0, result.x[:n]), key=lambda x: gauges(x).max())
     return best if gauges(best).max() < 1.0 - 1e-6 else None
+
+
+def _gauges(parts: Sequence[Star], x: Array) -> Array:
+    """For every part how far out x is: 1 on the boundary, of the kernel where the part is not convex."""
+    values = []
+    for part in parts:
+        u, r = unit(x - part.center)
+        values.append(r / (float(part.radial(u[None])[0][0]) if part.convex else part.kernel))
+    return np.array(values)
