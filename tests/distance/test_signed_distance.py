@@ -11,7 +11,7 @@ from scipy.spatial import ConvexHull
 from horosphere import distance
 from horosphere.errors import InputError
 from horosphere.robots import Capsules, Limits, Link, Robot, load
-from horosphere.shapes import Ball, Box, Capsule, Cylinder, Ellipsoid, HalfSpace, Mesh, PointCloud
+from horosphere.shapes import Ball, Box, Capsule, Cylinder, Ellipsoid, HalfSpace, PointCloud
 
 KINDS = ("ball", "capsule", "cylinder", "box", "half-space", "ellipsoid", "cloud")
 IDENTITY = [1.0, 0, 0, 0, 0, 0, 0, 0]
@@ -260,7 +260,6 @@ def test_nothing_to_touch_is_infinitely_far():
         (np.zeros(2), [], r"\(\.\.\., 3\)"),
         ([0.0, np.nan, 0.0], [], "nan at index"),
         (np.zeros(3), [Ball([0.0, 0.0], 1.0)], "dimension 2"),
-        (np.zeros(3), [Mesh(np.eye(3), [[0, 1, 2]])], "enclose it in boxes"),
         (np.zeros(3), 5, "cannot read an obstacle"),
     ],
 )

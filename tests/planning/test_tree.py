@@ -6,8 +6,9 @@ import sys
 
 import numpy as np
 import pytest
+import trimesh
 
-from horosphere import robots
+from horosphere import distance, robots
 from horosphere.errors import InputError
 from horosphere.planning._tree import connect
 from horosphere.robots import Capsules, Limits, Link, Robot
@@ -195,9 +196,22 @@ def test_bad_input():
         connect(robot, q, np.zeros((2, 6)))
     with pytest.raises(InputError, match="finite"):
         connect(robot, q, q * np.nan)
-    sheet = Mesh(np.eye(3), np.array([[0, 1, 2]]), name="sheet")
-    with pytest.raises(InputError, match=r"sheet.*Mesh"):
-        connect(robot, q, q, [sheet])
+    with pytest.raises(InputError, match=r"disc.*Ball of dimension 2"):
+        connect(robot, q, q, [Ball([0.0, 0.0], 0.1, name="disc")])
+
+
+def test_around_a_mesh():
+    """The tree sees boxes round the ring; the path keeps clear of its triangles."""
+    robot = made("panda")
+    ring = trimesh.creation.torus(0.15, 0.03, major_sections=24, minor_sections=12)
+    obstacle = Mesh(np.asarray(ring.vertices) + [0.45, 0.0, 0.5], np.asarray(ring.faces), name="ring")
+    start = np.array([-0.9, 0.3, 0.0, -2.0, 0.0, 2.2, 0.8])
+    goal = start * [-1, 1, 1, 1, 1, 1, 1]
+    straight = distance.signed(robot, np.linspace(start, goal, 200), [obstacle]).min()
+    found = connect(robot, start, goal, [obstacle], clearance=0.01, seed=3)
+    dense = np.concatenate([np.linspace(a, b, 50) for a, b in zip(found.waypoints[:-1], found.waypoints[1:])])
+    assert straight < 0.0 and found.solved
+    assert distance.signed(robot, dense, [obstacle], static=False).min() > 0.01
 
 
 def test_robot_without_bodies_moves_straight():

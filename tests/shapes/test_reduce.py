@@ -4,10 +4,11 @@ import time
 
 import numpy as np
 import pytest
+import trimesh
 from scipy.spatial import cKDTree
 
 from horosphere.errors import InputError
-from horosphere.shapes import PointCloud, ball_tree, reduce_cloud
+from horosphere.shapes import Mesh, PointCloud, ball_tree, box_cover, reduce_cloud
 
 
 def room(m, seed):
@@ -106,3 +107,24 @@ def test_bad_clouds(arguments, words):
 def test_bad_leaf():
     with pytest.raises(InputError, match="leaf"):
         ball_tree(PointCloud(np.zeros((3, 3)), 0.1), leaf=1)
+
+
+@pytest.mark.parametrize("most", [20, 400])
+@pytest.mark.parametrize("kind", ["torus", "turned plate", "open"])
+def test_boxes_hold_a_mesh_with_the_slack_stated(kind, most):
+    rng = np.random.default_rng(most)
+    source = trimesh.creation.torus(0.3, 0.1) if kind != "turned plate" else trimesh.creation.box([1.0, 0.6, 0.02])
+    source.apply_transform(trimesh.transformations.random_rotation_matrix(rng.random(3)))
+    faces = np.asarray(source.faces)[: -1 if kind == "open" else None]
+    mesh = Mesh(np.asarray(source.vertices), faces)
+    boxes, slack = box_cover(mesh, most)
+    assert len(boxes) <= most
+    x = rng.uniform(-0.6, 0.6, (20_000, 3))
+    x = np.concatenate([x[mesh.signed_distance(x) <= 0.0], trimesh.sample.sample_surface(source, 2000, seed=1)[0]])
+    if kind == "open":
+        x = mesh.vertices[mesh.faces].mean(axis=1)
+    assert np.min([box.signed_distance(x) for box in boxes], axis=0).max() < 1e-9
+    for box in boxes:
+        y = box.center + (rng.uniform(-1, 1, (50, 3)) * box.half_sizes) @ box.rotation.T
+        assert mesh.signed_distance(y).max() <= slack
+    assert box_cover(mesh, most) is box_cover(mesh, most)

@@ -122,7 +122,7 @@ def clearance_bound(
             first,
             gaps,
             out,
-            solids.framed,
+            solids.extra,
         )
 
     def point() -> PathPoint | None:

@@ -198,7 +198,7 @@ class Reactive:
             rows[:, 1:4] = rows[:, 6:9] = centers
             rows[:, 4] = rows[:, 5] = radii
         else:
-            packed = pack_obstacles(obstacles)
+            packed = pack_obstacles(obstacles, trees=False)
             # an own, writable copy: packed obstacles are shared
             self._owner = packed.owner.tolist()
             self._solids = Packed(np.array(packed.rows, order="C"), packed.owner, packed.names)

@@ -8,7 +8,7 @@ points, and a point costs 9 products with a matrix.
   L (m,) int64: frame of each capsule; -1: it hangs on the base and meets no solid
   K (m, 8): ends a, b, radius, radius of a ball about the middle that holds it
   P (p, 3) int64: pairs of capsules, and the frame both hang from
-  F: None where S holds balls, capsules and half-spaces only, else 1
+  F: what the rows S need beside them, see `Packed.extra`: (None, None) where they are balls, capsules and half-spaces
   T (k, 12): world frames, rotation by rows and position      X (m, 7): world end a, vector b - a, reach of the motion
 """
 
@@ -19,7 +19,8 @@ import math
 import numpy as np
 
 from ..kernels import jit
-from ._pair_kernels import inner, segment_distance, to_segment
+from ..shapes._segment_kernels import inner, to_segment
+from ._pair_kernels import segment_distance
 
 REVOLUTE, PRISMATIC = 1, 2
 
@@ -109,9 +110,15 @@ def probe(J, C, L, K, S, P, q, h, need, T, X, F):
             if rough >= need:
                 bound = min(bound, rough)
             else:
-                d = segment_distance(S, j, X[i, 0], X[i, 1], X[i, 2], X[i, 3], X[i, 4], X[i, 5], F)[0] - K[i, 6]
+                # further away it makes no difference; what crosses a surface is always seen
+                limit = max(K[i, 6] + max(need + moved, clearance), 1e-9)
+                d = segment_distance(
+                    S, j, X[i, 0], X[i, 1], X[i, 2], X[i, 3], X[i, 4], X[i, 5], F[0], F[1], limit
+                )[0]  # fmt: skip
+                seen = d < limit
+                d -= K[i, 6]
                 bound = min(bound, d - moved)
-                if d < clearance:
+                if seen and d < clearance:
                     clearance, item, other = d, i, j
                     if not moving:
                         need = min(need, d)
@@ -163,7 +170,9 @@ def signed_batch(J, C, L, K, S, P, Q, D, G, F):
             if i >= 0:
                 other = -1
                 if j < S.shape[0]:
-                    d, t, nx, ny, nz = segment_distance(S, j, X[i, 0], X[i, 1], X[i, 2], X[i, 3], X[i, 4], X[i, 5], F)
+                    d, t, nx, ny, nz = segment_distance(
+                        S, j, X[i, 0], X[i, 1], X[i, 2], X[i, 3], X[i, 4], X[i, 5], F[0], F[1]
+                    )
                 else:
                     other = P[j - S.shape[0], 1]
                     d, t, nx, ny, nz = self_distance(K, X, i, other)
@@ -188,7 +197,7 @@ def table_into(J, C, L, K, S, P, q, W, F):
                 W[row] = 0.0
                 W[row, 0] = np.inf
                 continue
-            d, t, nx, ny, nz = segment_distance(S, j, X[i, 0], X[i, 1], X[i, 2], X[i, 3], X[i, 4], X[i, 5], F)
+            d, t, nx, ny, nz = segment_distance(S, j, X[i, 0], X[i, 1], X[i, 2], X[i, 3], X[i, 4], X[i, 5], F[0], F[1])
             d -= K[i, 6]
         else:
             i = P[p, 0]

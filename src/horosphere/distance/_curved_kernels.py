@@ -6,11 +6,8 @@ See `_pair_kernels.py` for what is returned.
 from __future__ import annotations
 
 import math
-from functools import partial
 
-from ..kernels import jit
-
-inner = partial(jit, no_cpython_wrapper=True, no_cfunc_wrapper=True)  # called from compiled code alone: compiles sooner
+from ..shapes._segment_kernels import inner
 
 
 @inner

@@ -19,11 +19,16 @@ _NO_PAIRS = np.zeros((0, 3), np.int64)
 _recent: list[tuple[tuple[Any, ...], Packed]] = []
 
 
-def pack_obstacles(obstacles: Any) -> Packed:
-    """Any obstacles as arrays; the last few sets are kept, since a loop asks for the same one again and again."""
+def pack_obstacles(obstacles: Any, *, trees: bool = True) -> Packed:
+    """Any obstacles as arrays; the last few sets are kept, since a loop asks for the same one again and again.
+
+    Without `trees`, every ball of a cloud is a row, and meshes are refused.
+    """
     if isinstance(obstacles, Packed):
         return obstacles
     shapes = as_shapes(obstacles)
+    if not trees:
+        return pack(shapes, trees=False)
     for known, packed in _recent:
         if len(known) == len(shapes) and all(a is b for a, b in zip(known, shapes)):
             return packed
@@ -103,4 +108,4 @@ def _run(body: Body, solids: Packed, self_collision: bool, Q: Floats, D: Floats,
     from ._body_kernels import signed_batch
 
     pairs = body.pairs if self_collision else _NO_PAIRS
-    signed_batch(body.joints, body.constants, body.frames, body.capsules, solids.rows, pairs, Q, D, G, solids.framed)
+    signed_batch(body.joints, body.constants, body.frames, body.capsules, solids.rows, pairs, Q, D, G, solids.extra)

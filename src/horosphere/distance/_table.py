@@ -95,7 +95,7 @@ def table(
     W = np.empty((len(flat), m * s + len(pairs), 7))
     for b in range(len(flat)):
         table_into(
-            body.joints, body.constants, body.frames, body.capsules, solids.rows, pairs, flat[b], W[b], solids.framed
+            body.joints, body.constants, body.frames, body.capsules, solids.rows, pairs, flat[b], W[b], solids.extra
         )
     radius = body.capsules[:, 6]
     # the axis point moved along n by its own radius, and on by the distance, gives the two witnesses

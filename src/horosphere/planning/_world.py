@@ -10,20 +10,21 @@ from numpy.typing import NDArray
 
 from ..errors import InputError
 from ..robots import Robot
-from ..shapes import Ball, Box, Capsule, Cylinder, Ellipsoid, HalfSpace, PointCloud, Shape
+from ..shapes import Ball, Box, Capsule, Cylinder, Ellipsoid, HalfSpace, Mesh, PointCloud, Shape, box_cover
 
 Floats = NDArray[np.float64]
 _BOX, _CAPSULE, _CYLINDER, _ELLIPSOID, _HALF_SPACE = 0.0, 1.0, 2.0, 3.0, 4.0
 MOST_BALLS = 4000
 """Points of one cloud beyond which near ones are merged into a ball that holds them."""
-SUPPORTED = ("Ball", "Box", "Capsule", "Cylinder", "Ellipsoid", "HalfSpace", "PointCloud")
+SUPPORTED = ("Ball", "Box", "Capsule", "Cylinder", "Ellipsoid", "HalfSpace", "Mesh", "PointCloud")
 
 
 def solid_rows(obstacles: Iterable[Shape]) -> Floats:
     """Rows (m, 16) for `pack_world`. Raises InputError for what the planner cannot take."""
     numbers: list[float] = []
     clouds: list[Floats] = []
-    for shape in obstacles:
+    taken = [box for shape in obstacles for box in (box_cover(shape).boxes if isinstance(shape, Mesh) else (shape,))]
+    for shape in taken:
         kind, shape = type(shape), cast("Any", shape)
         if kind is Box:
             numbers += (_BOX, *shape.center.tolist(), *shape.rotation.T.ravel().tolist(), *shape.half_sizes.tolist())

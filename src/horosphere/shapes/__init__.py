@@ -3,6 +3,8 @@
 from ._ball_tree import BallTree as BallTree
 from ._ball_tree import ball_tree as ball_tree
 from ._base import Shape as Shape
+from ._box_cover import BoxCover as BoxCover
+from ._box_cover import box_cover as box_cover
 from ._convert import as_shapes as as_shapes
 from ._flat import Box as Box
 from ._flat import Cylinder as Cylinder

@@ -38,40 +38,25 @@ def ball_tree(cloud: PointCloud, leaf: int = LEAF) -> BallTree:
     """The tree over a cloud, halved across the longest side of each node's box until no leaf has more than `leaf` balls."""
     if leaf < 2:
         raise InputError(f"expected at least two balls a leaf, got {leaf}", place="leaf")
-    x, r = cloud.points, np.broadcast_to(cloud.radius, len(cloud.points))
-    m = len(x)
-    order = np.arange(m)
+    from ._split_kernels import bound, halve
+
+    m = len(cloud.points)
+    order, x = np.arange(m), np.array(cloud.points)
     first = np.array([0, m])
     while np.diff(first).max() > leaf:
-        placed, node = x[order], np.repeat(np.arange(len(first) - 1), np.diff(first))
-        low = np.minimum.reduceat(placed, first[:-1])
-        size = np.maximum.reduceat(placed, first[:-1]) - low
-        axis = size.argmax(axis=1)
-        rows = np.arange(len(axis))
-        scale = 0.99 / np.maximum(size[rows, axis], 1e-300)
-        # one key sorts within every node at once
-        along = (placed[np.arange(m), axis[node]] - low[rows, axis][node]) * scale[node]
-        order = order[np.argsort(node + along, kind="stable")]
+        halve(x, order, first)
         first = np.sort(np.concatenate([first, (first[:-1] + first[1:]) // 2]))
+    r = np.array(np.broadcast_to(cloud.radius, m)[order])
     nodes: list[Floats] = []
     ends = first
     while True:
-        nodes.append(_bounds(x[order], r[order], ends))
+        nodes.append(np.empty((len(ends) - 1, 4)))
+        bound(x, r, ends, nodes[-1])
         if len(ends) == 2:
             break
-        ends = ends[::2]
-    balls = np.column_stack([x[order], r[order]])
+        ends = np.ascontiguousarray(ends[::2])
+    balls = np.column_stack([x, r])
     arrays = [np.ascontiguousarray(np.concatenate(nodes[::-1])), first.astype(np.int64), balls, order.astype(np.int64)]
     for array in arrays:
         array.setflags(write=False)
     return BallTree(*arrays)
-
-
-def _bounds(x: Floats, r: Floats, ends: NDArray[np.int64]) -> Floats:
-    """A ball (k, 4) round the balls of each stretch."""
-    starts, counts = ends[:-1], np.diff(ends)
-    low = np.minimum.reduceat(x - r[:, None], starts)
-    high = np.maximum.reduceat(x + r[:, None], starts)
-    centre = 0.5 * (low + high)
-    reach = np.linalg.norm(x - np.repeat(centre, counts, axis=0), axis=1) + r
-    return np.column_stack([centre, np.maximum.reduceat(reach, starts) * (1.0 + 1e-12)])

@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 from ..errors import InputError
 from ._base import Floats, Shape
 from ._flat import Box, Cylinder, HalfSpace
+from ._forest import FEW, WIDTH, Forest, grow, join
 from ._round import Ball, Capsule, Ellipsoid
-from ._sampled import PointCloud
+from ._sampled import Mesh, PointCloud
 
-WIDTH = 18
 SEGMENT, BOX, CYLINDER, HALF_SPACE, ELLIPSOID = 0.0, 1.0, 2.0, 3.0, 4.0
 
 
@@ -26,30 +26,50 @@ class Packed:
       1 box: 6-14 its axes (rows), 15-17 half sizes      4 ellipsoid: 6-14 its axes (rows), 15-17 semi-axes
       2 cylinder: 6-14 a frame (rows) with its axis last, 15 radius, 16 half length
       3 half-space: 6-8 outward unit normal, 9 distance
-    `owner` (m,): which shape a row belongs to (a point cloud has many rows). `names`: one a shape. `framed`: 1, or None where
-    no row is a box, cylinder or ellipsoid: then compiled code need not know them.
+      5 point cloud of 64 or more balls, 6 one solid or surface of a mesh: see `_tree_kernels`
+    `owner` (m,): which shape a row belongs to (a small point cloud has many rows, a mesh one for each of its parts). `names`:
+    one a shape. `framed`: 1, or None where no row is a box, cylinder or ellipsoid: then compiled code need not know them.
+    `forest`: the trees that rows of kind 5 and 6 point into, or None where there is no such row.
     """
 
     rows: Floats
     owner: NDArray[np.int64]
     names: tuple[str, ...]
     framed: int | None = 1
+    forest: Forest | None = None
+
+    @property
+    def extra(self) -> tuple[int | None, Forest | None]:
+        """What compiled code has to know beside the rows."""
+        return self.framed, self.forest
 
     def __len__(self) -> int:
         return len(self.names)
 
 
-def pack(shapes: tuple[Shape, ...]) -> Packed:
-    """Three-dimensional shapes as rows. Raises InputError for a mesh or a shape of another dimension."""
-    rows, owner, names = [], [], []
+def pack(shapes: tuple[Shape, ...], *, trees: bool = True) -> Packed:
+    """Three-dimensional shapes as rows. Without `trees`, every ball of a cloud is a row, and a mesh is refused.
+
+    Raises InputError for a shape of another dimension.
+    """
+    rows: list[Floats] = []
+    owner, names, grown, at = [], [], [], []
     for index, shape in enumerate(shapes):
         names.append(shape.name or f"{type(shape).__name__.lower()} {index}")
-        block = _rows(shape, names[-1])
-        rows.append(block)
-        owner += [index] * len(block)
+        if trees and (isinstance(shape, Mesh) or (isinstance(shape, PointCloud) and len(shape.points) >= FEW)):
+            grown.append(grow(shape))
+            at.append(index)
+            rows.append(grown[-1][0])
+        else:
+            rows.append(_rows(shape, names[-1]))
+        owner += [index] * len(rows[-1])
+    moved, forest = join(grown)
+    for index, block in zip(at, moved):
+        rows[index] = block
     table = np.concatenate(rows) if rows else np.zeros((0, WIDTH))
-    framed = None if np.isin(table[:, 0], (SEGMENT, HALF_SPACE)).all() else 1
-    return Packed(np.ascontiguousarray(table), np.array(owner, dtype=np.int64), tuple(names), framed)
+    # one kind of compiled code more, not two, where there are trees
+    framed = 1 if forest is not None or np.isin(table[:, 0], (BOX, CYLINDER, ELLIPSOID)).any() else None
+    return Packed(np.ascontiguousarray(table), np.array(owner, dtype=np.int64), tuple(names), framed, forest)
 
 
 def _rows(shape: Shape, name: str) -> Floats:
@@ -79,10 +99,10 @@ def _rows(shape: Shape, name: str) -> Floats:
         numbers[0], numbers[6:9], numbers[9] = HALF_SPACE, shape.normal, shape.distance
     else:
         raise InputError(
-            f"no exact distance to {name} (a {type(shape).__name__}) yet",
+            f"a {type(shape).__name__} ({name}) is not taken here",
             place="obstacles",
             choices=("Ball", "Capsule", "Cylinder", "Box", "HalfSpace", "Ellipsoid", "PointCloud"),
-            remedy="enclose it in boxes or capsules",
+            remedy="enclose it in boxes (shapes.box_cover)",
         )
     return row
 
