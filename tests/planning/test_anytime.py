@@ -1,13 +1,11 @@
 """What the time after the first certified plan brings: never worse, certified, the same again."""
 
-import dataclasses
-
 import numpy as np
 import pytest
 
 from horosphere import robots
 from horosphere.errors import InputError
-from horosphere.planning import plan
+from horosphere.planning import _reactive, plan
 from horosphere.scenes import JointTarget, Options, Scene
 from horosphere.shapes import Ball, Box
 
@@ -62,13 +60,13 @@ def test_the_time_is_kept_and_said():
     assert any("all the time given" in note for note in found.notes)
 
 
-def test_reactive_does_not_fall_back_unasked():
+def test_reactive_falls_back_only_when_asked(monkeypatch):
     problem = scene(0)
-    shut = dataclasses.replace(
-        problem, obstacles=(*problem.obstacles, Box([0.75, 0.0, 0.75], [0.5, 0.03, 0.75], name="gate"))
-    )
-    alone = plan(shut, method="reactive", time_limit=1.0)
-    assert not alone.solved and alone.reason.startswith("reactive law")
     assert plan(problem, method="reactive").solved_by == "reactive law"
+    monkeypatch.setattr(_reactive, "RUNGS", (0.0,))  # none is tried: as if it were stuck
+    alone = plan(problem, method="reactive")
+    assert not alone.solved and alone.reason.startswith("reactive law: the reactive law got stuck")
+    asked = plan(problem, method="reactive-or-tree")
+    assert asked.solved_by == "joint-space tree" and any("got stuck" in note for note in asked.notes)
     with pytest.raises(InputError, match="unknown method"):
         plan(problem, method="reactiv")
