@@ -18,8 +18,8 @@ from pathlib import Path
 import numpy as np
 
 from horosphere import robots
-from horosphere.planning._bench import sampled_clearance
 from horosphere.planning._edge_kernels import STANDING
+from horosphere.planning._sampled import sampled_clearance
 from horosphere.planning._tree import COVER, _Packed, _Search, connect
 from horosphere.scenes._moveit import read_moveit_set
 from horosphere.shapes import Box

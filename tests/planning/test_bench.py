@@ -8,8 +8,11 @@ import pytest
 
 from horosphere import robots
 from horosphere.errors import InputError
-from horosphere.planning._bench import BenchRow, BenchTable, bench_mbm, sampled_clearance
+from horosphere.planning import _bench_table, bench_mbm, bench_random
+from horosphere.planning._bench_random import ROBOTS, random_problem, with_bodies
+from horosphere.planning._bench_table import BenchRow, BenchTable
 from horosphere.planning._reactive import react
+from horosphere.planning._sampled import clearances, densely, sampled_clearance
 from horosphere.planning._tree import connect
 from horosphere.scenes._moveit import read_moveit_set
 from horosphere.shapes import Ball
@@ -81,33 +84,83 @@ def test_sampled_clearance_by_hand(panda):
 def test_bench_runs_and_sums_up(shared_data, problems, tmp_path):
     seen = []
     table = bench_mbm(
-        shared_data / "mbm_panda_problems.tar.bz2", only="box", repeats=1, progress=lambda s, k: seen.append((s, k))
+        shared_data / "mbm_panda_problems.tar.bz2", only="box", repeats=1, progress=lambda *said: seen.append(said)
     )
-    assert len(table.rows) == 100 == len(seen) and all(row.solved and row.total < row.wall for row in table.rows)
+    assert seen == [("box_panda", k + 1, 100) for k in range(100)]
+    assert all(row.solved and row.is_certified and row.total < row.call for row in table.rows)
     [line] = table.summary()
-    assert line[:3] == ("box_panda", 100, 100) and 1.0 < line[3] < 1e5 and line[-1] == "-"
+    assert (line["set"], line["problems"], line["solved"], line["certified"]) == ("box_panda", 100, 100, 100)
+    assert 1.0 < line["total_us"][0] < 1e5 and line["touching"] is None
+    assert table.solvers() == {"joint-space tree": 100}
     with pytest.raises(InputError, match="unknown kind"):
         table.save(tmp_path / "a.xls")
+    with pytest.raises(InputError, match="unknown mode"):
+        bench_mbm(shared_data / "mbm_panda_problems.tar.bz2", mode="trees")
+
+
+def _row(name, solved, total, clear, proved=0.001):
+    return BenchRow(
+        name, "p", "panda", "joint-space tree", solved, "", total, 2 * total, 0, total, 0, 0, 7, 3.0, 4, 0.0, 0.002,
+        proved, clear, 1.0,
+    )  # fmt: skip
 
 
 def test_tables(tmp_path):
-    def row(name, solved, total, clear):
-        return BenchRow(name, "p", solved, "", total, 2 * total, 0, total, 0, 0, 7, 3.0, 4, 0.0, 0.002, clear, 1.0)
-
-    table = BenchTable(
-        (row("a", True, 1e-4, 0.01), row("a", True, 3e-4, -0.01), row("b", False, 0.0, 0.0)), "panda", 300
-    )
-    a, b, whole = table.summary()
-    assert a == ("a", 2, 2, pytest.approx(200), pytest.approx(200), pytest.approx(290), pytest.approx(400), 3.0, 1)
-    assert b[:3] == ("b", 1, 0) and whole[:3] == ("all", 3, 2)
-    rows = list(csv.DictReader(table.save(tmp_path / "a.csv").open()))
-    assert len(rows) == 3 and rows[0]["set"] == "a" and float(rows[1]["total"]) == 3e-4
+    rows = _row("a", True, 1e-4, 0.01), _row("a", True, 3e-4, -0.01, -1e-5), _row("b", False, 0.0, 0.0)
+    a, b, whole = (table := BenchTable(rows, 300)).summary()
+    assert (a["solved"], a["certified"], a["touching"], a["length"]) == (2, 1, 1, 3.0)
+    assert a["total_us"] == pytest.approx((200, 200, 290)) and a["call_us"][0] == pytest.approx(400)
+    assert (b["problems"], b["solved"], whole["set"], whole["problems"], whole["solved"]) == (1, 0, "all", 3, 2)
+    written = list(csv.DictReader(table.save(tmp_path / "a.csv").open()))
+    assert len(written) == 3 and written[0]["set"] == "a" and float(written[1]["total"]) == 3e-4
     saved = json.loads(table.save(tmp_path / "a.json").read_text())
-    assert saved["robot"] == "panda" and saved["rows"][2]["solved"] is False
-    try:
-        import pyarrow.parquet
-    except ImportError:
-        with pytest.raises(InputError, match="pyarrow"):
-            table.save(tmp_path / "a.parquet")
-    else:
-        assert pyarrow.parquet.read_table(table.save(tmp_path / "a.parquet")).num_rows == 3
+    assert saved["states_per_rad"] == 300 and saved["rows"][2]["solved"] is False
+
+
+def test_parquet(tmp_path):
+    parquet = pytest.importorskip("pyarrow.parquet")
+    table = BenchTable((_row("a", True, 1e-4, 0.01), _row("b", False, 0.0, 0.0)), 300)
+    read = parquet.read_table(table.save(tmp_path / "a.parquet")).to_pylist()
+    assert [row["set"] for row in read] == ["a", "b"] and read[0]["total"] == 1e-4 and not read[1]["solved"]
+    assert [path.name for path in tmp_path.iterdir()] == ["a.parquet"]
+
+
+def test_parquet_without_pyarrow_names_the_extra(tmp_path, monkeypatch):
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
+    with pytest.raises(InputError) as caught:
+        _bench_table.check_format(tmp_path / "a.parquet")
+    assert "pyarrow" in caught.value.message and "horosphere[parquet]" in caught.value.remedy
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_random_problems_are_solvable_and_not_trivial(name):
+    robot, blocked = with_bodies(name), 0
+    for seed in range(2):
+        start, goal, obstacles = random_problem(robot, seed)
+        again = random_problem(robot, seed)
+        np.testing.assert_array_equal(np.concatenate([start, goal]), np.concatenate(again[:2]))
+        assert len(obstacles) == len(again[2]) > 0
+        for q in (start, goal):
+            outer, inner = clearances(robot, q[None], obstacles)
+            assert outer[0] >= 0.01 and inner[0] > 0.0
+        direct = densely(np.array([start, goal]), 20.0)
+        outer, inner = clearances(robot, direct, obstacles)
+        blocked += outer.min() < 0.0 or inner.min() < 0.0
+    assert blocked == 2
+
+
+@pytest.mark.parametrize("mode", ["tree", "reactive-or-tree"])
+def test_random_problems_of_every_robot_are_solved(mode):
+    """Robots that nothing was tuned on; the judge is plain numpy and the other certificate."""
+    table = bench_random(count=1, seed=100, mode=mode, repeats=1, states_per_rad=60.0, time_limit=5.0)
+    assert [line["set"] for line in table.summary()][-1] == "all" and len(table.rows) == len(ROBOTS)
+    for row in table.rows:
+        assert row.solved and row.is_certified and not row.touches, row
+        assert min(row.obstacle_clearance - 0.01, row.self_clearance) >= row.certified_again - 1e-9
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(1800)
+def test_fifty_random_problems_of_every_robot():
+    table = bench_random(count=50, repeats=1, states_per_rad=100.0)
+    assert all(row.solved and row.is_certified and not row.touches for row in table.rows)

@@ -24,16 +24,24 @@ SPEED_TOLERANCE = 1e-6
 _CONTACTS = ("obstacle", "self", "model")
 
 
-def certify(scene: Scene, trajectory: Trajectory | Any, *, max_evaluations: int = 200_000) -> Certificate:
+def certify(
+    scene: Scene,
+    trajectory: Trajectory | Any,
+    *,
+    tolerance: float = 5e-4,
+    relative: float = 0.05,
+    max_evaluations: int = 200_000,
+) -> Certificate:
     """Certifies a motion for all times: clearance, limits, velocities, start and goal.
 
     `trajectory`: a `Trajectory`, or waypoints (k, n) without times; between them every coordinate moves linearly. The margins
     are `scene.options.clearance` and `.self_clearance`; start and goal may be missed by `.goal_tolerance` (m, or joint units)
-    and `.angle_tolerance` (rad). An arm, a point robot (its ball) or a unicycle (its disc). Raises InputError.
+    and `.angle_tolerance` (rad). An arm, a point robot (its ball) or a unicycle (its disc); of an arm the least clearance is
+    found out to `tolerance` (m) or the `relative` share of it. Raises InputError.
     """
     positions, times, speeds = _read(scene, trajectory)
     if isinstance(scene.robot, Robot):
-        return _Arm(scene, positions, times, speeds).certificate(max_evaluations)
+        return _Arm(scene, positions, times, speeds).certificate(max_evaluations, tolerance, relative)
     from ._moving_ball import certify_ball
 
     return certify_ball(scene, positions, times)
@@ -68,11 +76,12 @@ class _Arm:
         self.violations: list[Violation] = []
         self.unresolved: list[Unresolved] = []
 
-    def certificate(self, budget: int) -> Certificate:
+    def certificate(self, budget: int, tolerance: float, relative: float) -> Certificate:
         options, robot = self.scene.options, self.robot
         assert isinstance(robot, Robot)
-        outer = self.clearance("obstacle", options.clearance, budget)
-        inner = self.clearance("self", options.self_clearance, budget)
+        effort = {"max_evaluations": budget, "tolerance": tolerance, "relative": relative}
+        outer = self.clearance("obstacle", options.clearance, effort)
+        inner = self.clearance("self", options.self_clearance, effort)
         limits_ok, velocities_ok = self.limits(), self.velocities()
         start = self.arrival("start", 0, options.goal_tolerance, options.angle_tolerance)
         goal = self.arrival("goal", -1, options.goal_tolerance, options.angle_tolerance)
@@ -116,13 +125,11 @@ class _Arm:
                 Violation("model", self.robot.name, "obstacles", 0.0, 0.0, 0, 0.0, self.time(0, 0.0))
             )
 
-    def clearance(self, kind: str, margin: float, budget: int) -> ClearanceBound:
+    def clearance(self, kind: str, margin: float, effort: dict[str, Any]) -> ClearanceBound:
         assert isinstance(self.robot, Robot)
         own = kind == "self"
         obstacles = () if own else self.scene.obstacles
-        bound = clearance_bound(
-            self.robot, self.q, obstacles, margin, self_collision=own, static=False, max_evaluations=budget
-        )
+        bound = clearance_bound(self.robot, self.q, obstacles, margin, self_collision=own, static=False, **effort)
         if bound.violation is not None:
             v = bound.violation
             time = self.time(v.segment, v.fraction)

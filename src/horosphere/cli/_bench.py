@@ -1,17 +1,22 @@
-"""`horosphere bench`: public problem sets."""
+"""`horosphere bench`: public problem sets, and random problems for any robot."""
 
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
 
 from cyclopts import App
 
 from . import _output as out
 
+if TYPE_CHECKING:
+    from ..planning._bench_table import BenchTable
+
 app = App(
     name="bench",
-    help="Run a public problem set and print how it went.\n\nExample: `horosphere bench mbm problems.tar.bz2`",
+    help="Run many problems and print how it went.\n\nExample: `horosphere bench mbm problems.tar.bz2`",
 )
+Mode = Literal["tree", "reactive", "reactive-or-tree"]
 
 
 @app.command
@@ -21,17 +26,19 @@ def mbm(
     robot: str | None = None,
     tip: str | None = None,
     only: str | None = None,
+    mode: Mode = "tree",
     clearance: float = 0.0,
     repeats: int = 3,
-    states_per_rad: float = 0.0,
+    states_per_rad: float = 300.0,
     out_file: Path | None = None,
     json: bool = False,
 ) -> int:
     """MotionBenchMaker: `SET/sceneNNNN.yaml` and `SET/requestNNNN.yaml` in a folder or an archive; a table per set.
 
-    Times are trees, simplification and certificate, each problem run `repeats` times and its best taken.
+    Times are trees (or the reactive law), simplification and certificate, each problem run `repeats` times and its best taken.
+    Certified: by the planner, and again by the certificate in double precision. Touching: seen by plain numpy.
 
-    Example: `horosphere bench mbm mbm_panda_problems.tar.bz2 --only cage --states-per-rad 300`
+    Example: `horosphere bench mbm mbm_panda_problems.tar.bz2 --only cage --out-file rows.parquet`
 
     Parameters
     ----------
@@ -43,12 +50,14 @@ def mbm(
         The tip link of the URDF.
     only
         Sets whose names begin so.
+    mode
+        tree, reactive (no tree at all), or reactive-or-tree.
     clearance
         Metres to keep from every obstacle.
     repeats
         Runs of each problem.
     states_per_rad
-        Check every path at so many configurations per radian with plain numpy, independent of the planner (slow; 0: not).
+        Look at every path in so many configurations per radian, independent of the planner (0: not, which is much faster).
     out_file
         Write all rows as .csv, .json or .parquet.
     json
@@ -56,36 +65,116 @@ def mbm(
     """
     from ..planning import bench_mbm
 
-    with out.working("reading the problems") as progress:
+    def run(progress: Any) -> BenchTable:
+        return bench_mbm(
+            path, robot, tip=tip, only=only, mode=mode, clearance=clearance, repeats=repeats, states_per_rad=states_per_rad,
+            progress=progress,
+        )  # fmt: skip
+
+    return _report("reading the problems", run, out_file, json)
+
+
+@app.command
+def random(
+    *robots: str,
+    count: int = 50,
+    seed: int = 0,
+    mode: Mode = "tree",
+    clearance: float = 0.01,
+    repeats: int = 3,
+    states_per_rad: float = 300.0,
+    out_file: Path | None = None,
+    json: bool = False,
+) -> int:
+    """Random problems with a known solution: for each robot `count` scenes of balls, boxes, cylinders and capsules in its way.
+
+    Example: `horosphere bench random ur5 iiwa14 --count 20`
+
+    Parameters
+    ----------
+    robots
+        Built-in names or URDF files; by default one of every kind in the catalogue.
+    count
+        Problems a robot.
+    seed
+        Of the first problem; the next have the numbers after it.
+    mode
+        tree, reactive (no tree at all), or reactive-or-tree.
+    clearance
+        Metres to keep from every obstacle.
+    repeats
+        Runs of each problem.
+    states_per_rad
+        Look at every path in so many configurations per radian, independent of the planner (0: not, which is much faster).
+    out_file
+        Write all rows as .csv, .json or .parquet.
+    json
+        Print the result as JSON.
+    """
+    from ..planning import bench_random
+
+    def run(progress: Any) -> BenchTable:
+        return bench_random(
+            robots, count=count, seed=seed, mode=mode, clearance=clearance, repeats=repeats, states_per_rad=states_per_rad,
+            progress=progress,
+        )  # fmt: skip
+
+    return _report("making the problems", run, out_file, json)
+
+
+def _report(what: str, run: Any, out_file: Path | None, json: bool) -> int:
+    """Runs a bench under a line of progress, writes its rows, prints its table."""
+    from ..planning._bench_table import check_format
+
+    if out_file is not None:
+        check_format(out_file)
+    with out.working(what) as progress:
         out.announce_compiling(progress)
-        table = bench_mbm(
-            path,
-            robot,
-            tip=tip,
-            only=only,
-            clearance=clearance,
-            repeats=repeats,
-            states_per_rad=states_per_rad,
-            progress=lambda name, k: progress.update(f"planning {name}"),
-        )
+        said = ""
+
+        def planning(name: str, number: int, of: int) -> None:
+            nonlocal said
+            if progress.is_terminal or name != said:  # in a log one line a set is enough
+                said = name
+                progress.update(f"planning {name}: {number} of {of}")
+
+        table = run(planning)
     if out_file is not None:
         table.save(out_file)
     lines = table.summary()
     solved = all(row.solved for row in table.rows)
+    reasons = [(f"{row.set} {row.problem}", row.reason) for row in table.rows if not row.solved]
     if json:
-        out.print_json({"robot": table.robot, "sets": [dict(zip(table.columns, line, strict=True)) for line in lines]})
+        named = [{"problem": problem, "reason": reason} for problem, reason in reasons]
+        out.print_json({
+            "robots": list(dict.fromkeys(row.robot for row in table.rows)), "states_per_rad": table.states_per_rad,
+            "solved_by": table.solvers(), "sets": lines, "not_solved": named,
+        })  # fmt: skip
         return out.DONE if solved else out.FAILED
     from rich.table import Table
 
-    printed = Table(box=None, padding=(0, 2, 0, 0))
-    for k, column in enumerate(table.columns):
-        printed.add_column(column, justify="left" if k == 0 else "right")
+    counts = Table(box=None, padding=(0, 2, 0, 0))
+    times = Table(box=None, padding=(0, 2, 0, 0), title="median / mean / p95 in microseconds", title_justify="left")
+    for k, column in enumerate(("set", "problems", "solved", "certified", "touching", "length (rad)")):
+        counts.add_column(column, justify="left" if k == 0 else "right")
+    for k, column in enumerate(("set", "plan", "simplify", "certificate", "total", "whole call")):
+        times.add_column(column, justify="left" if k == 0 else "right")
     for line in lines:
-        printed.add_row(*(f"{cell:.4g}" if isinstance(cell, float) else str(cell) for cell in line))
-    out.print_table(printed)
-    reasons = [(f"{row.set} {row.problem}", row.reason) for row in table.rows if not row.solved]
+        touching = "-" if line["touching"] is None else line["touching"]
+        counts.add_row(
+            *(str(line[name]) for name in ("set", "problems", "solved", "certified")),
+            str(touching),
+            f"{line['length']:.2f}",
+        )
+        parts = ("plan_us", "simplify_us", "certificate_us", "total_us", "call_us")
+        times.add_row(line["set"], *(" / ".join(f"{x:.0f}" for x in line[part]) for part in parts))
+    out.print_table(counts)
+    out.print_table(times)
+    rows = [("Solved by", ", ".join(f"{name}: {number}" for name, number in table.solvers().items()) or "nothing")]
+    if table.states_per_rad:
+        rows.append(("Touching", f"in {table.states_per_rad:g} configurations per radian, by plain numpy"))
+    rows += [("File", str(out_file))] if out_file is not None else []
+    out.print_rows(rows)
     if reasons:
         out.print_rows(reasons[:20], title="Not solved")
-    if out_file is not None:
-        out.print_rows([("File", str(out_file))])
     return out.DONE if solved else out.FAILED

@@ -20,8 +20,9 @@ def plan(
     out_folder: Annotated[Path | None, Parameter(name="--out")] = None,
     save: tuple[Path, ...] = (),
     clearance: float | None = None,
-    method: Literal["auto", "field", "tree"] | None = None,
+    method: Literal["auto", "field", "tree", "reactive", "reactive-or-tree"] | None = None,
     path_step: float | None = None,
+    time: float | None = None,
     time_limit: float | None = None,
     seed: int | None = None,
     report: Annotated[bool, Parameter(negative="--no-report")] = True,
@@ -45,11 +46,13 @@ def plan(
     clearance
         Metres to keep between robot and obstacles, instead of the scene's.
     method
-        auto, field (no tree search) or tree.
+        auto (the field, else a tree), field (no tree search), tree, reactive (the law of the live loop, no tree), reactive-or-tree.
     path_step
         Metres between points of the tool path.
+    time
+        Seconds to go on after the first certified plan of tree or reactive law: shorter, further from obstacles (1; 0: not).
     time_limit
-        Seconds.
+        Seconds to look for the first plan.
     seed
         Of the random numbers.
     report
@@ -66,7 +69,10 @@ def plan(
     for path in save:
         _check_ending(path)
         output_folder(path.parent)
-    asked = {"clearance": clearance, "method": method, "path_step": path_step, "time_limit": time_limit, "seed": seed}
+    asked = {
+        "clearance": clearance, "method": method, "path_step": path_step, "improvement_time": time, "time_limit": time_limit,
+        "seed": seed,
+    }  # fmt: skip
     options = checked_options({name: value for name, value in asked.items() if value is not None})
     with out.working("planning") as progress:
         from ..planning import plan as run
@@ -100,7 +106,7 @@ def checked_options(given: dict[str, Any]) -> dict[str, Any]:
         OptionFields.model_validate(given)
     except pydantic.ValidationError as error:
         first = error.errors()[0]
-        name = str(first["loc"][0]).replace("_", "-")
+        name = str(first["loc"][0]).replace("improvement_time", "time").replace("_", "-")
         message = f"{first['msg'][0].lower() + first['msg'][1:]}, got {first['input']!r}"
         raise InputError(message, place=f"--{name}") from None
     return given
@@ -144,6 +150,7 @@ def results(scene: Any, result: Any, report: bool) -> tuple[dict[str, Any], Any,
         "max_step": None if trajectory is None else trajectory.max_step,
         "duration": None if trajectory is None else trajectory.duration,
         "timings": result.timings,
+        "improvement": getattr(result, "improvement", None),
         "certificate": certificate_data(result.certificate),
         "robot": getattr(scene.robot, "name", ""),
         "collision_model": dict(summary.rows)["Collision model"],

@@ -10,6 +10,7 @@ _LATER = {  # what needs more than a scene is imported when it is asked for
     "connect": "_tree",
     "react": "_reactive",
     "bench_mbm": "_bench",
+    "bench_random": "_bench",
     "Resampled": "_resample",
     "resample": "_resample",
     "time_optimal_path": "_time_optimal",

@@ -6,27 +6,37 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import kinematics
-from ..certify import certify
-from ..errors import InputError
+from ..errors import unknown_name
 from ..scenes import JointTarget, Scene
 from ._branches import follow_branches, supports
+from ._certified import certified
 from ._clearance import arm
 from ._configurations import Configurations, configurations
 from ._follow import follow_jacobian
+from ._joint_space import REACTIVE, TREE, plan_in_joints
 from ._plan import Plan, Progress
-from ._timing import motion_limits, timed
+from ._timing import motion_limits
 from ._tool_path import tool_path
 
 Floats = NDArray[np.float64]
 
-_REFINEMENTS = 3  # times the waypoints are doubled for the sake of the certificate
 _RETRIES = 10  # field paths tried from one start, finer ones or further from what the links meet
 _WIDER = 0.01  # metres by which the tool keeps further than it just needs to
+FIELD = "field"
+_WAYS = {
+    "auto": (FIELD, TREE),
+    "field": (FIELD,),
+    "tree": (TREE,),
+    "reactive": (REACTIVE,),
+    "reactive-or-tree": (REACTIVE, TREE),
+}
 _STARTS_TRIED = 6  # configurations at the start from which the Jacobian follows
 
 
 def plan_arm(scene: Scene, progress: Progress) -> Plan:
     """See `plan`; for every `Robot`."""
+    if scene.options.method not in _WAYS:
+        raise unknown_name("method", scene.options.method, tuple(_WAYS), place="options.method")
     progress.notes.extend(arm(scene).notes)
     progress.notes.extend(motion_limits(arm(scene), scene.options)[2])
     with progress.part("start and goal"):
@@ -35,20 +45,21 @@ def plan_arm(scene: Scene, progress: Progress) -> Plan:
     for ends in (starts, goals):
         if ends.reason:
             return Plan(scene, False, ends.reason)
-    reasons = []
-    if scene.options.method != "tree":
-        found = _along_field(scene, starts, goals, progress)
+    found, reasons = None, []
+    for by in _WAYS[scene.options.method]:
+        if by == FIELD:
+            found = _along_field(scene, starts, goals, progress)
+        else:
+            found = plan_in_joints(scene, starts.q[0], goals.q, by, progress)
         if found.solved:
+            for way, reason in reasons:
+                progress.note(reason if reason.startswith(way) else f"{way}: {reason}")
             return found
-        reasons.append(found.reason)
-    if scene.options.method != "field":
-        found = _by_tree(scene, starts, goals, progress)
-        if found.solved:
-            for reason in reasons:
-                progress.note(f"field: {reason}")
-            return found
-        reasons.append(found.reason)
-    return Plan(scene, False, "; then ".join(reasons), path=found.path, certificate=found.certificate)
+        reasons.append((by, found.reason))
+    assert found is not None
+    return Plan(
+        scene, False, "; then ".join(reason for _, reason in reasons), path=found.path, certificate=found.certificate
+    )
 
 
 def _along_field(scene: Scene, starts: Configurations, goals: Configurations, progress: Progress) -> Plan:
@@ -92,49 +103,6 @@ def _from_start(scene: Scene, q_start: Floats, q_goal: Floats, by: str, closed: 
             break
     assert first is not None
     return first
-
-
-def _by_tree(scene: Scene, starts: Configurations, goals: Configurations, progress: Progress) -> Plan:
-    from ._tree import connect
-
-    options = scene.options
-    try:
-        with progress.part("tree"):
-            result = connect(
-                arm(scene),
-                starts.q[0],
-                goals.q,
-                scene.obstacles,
-                clearance=options.clearance,
-                self_clearance=options.self_clearance,
-                seed=options.seed,
-                time_limit=options.time_limit,
-            )
-    except InputError as error:  # an obstacle that the tree does not take
-        return Plan(scene, False, f"joint-space tree: {error}")
-    if not result.solved:
-        return Plan(scene, False, f"joint-space tree: {result.reason}")
-    points = kinematics.forward(arm(scene), result.waypoints).as_matrix()[:, :3, 3]
-    return certified(scene, result.waypoints, "joint-space tree", progress, points)
-
-
-def certified(scene: Scene, waypoints: Floats, by: str, progress: Progress, points: Floats | None) -> Plan:
-    """Time the motion through `waypoints` and certify it; solved only if the certificate of the timed motion holds.
-
-    The spline through the waypoints leaves their straight connections a little; where that costs the certificate, points
-    are put between the waypoints, which draws it closer.
-    """
-    reason, certificate = "", None
-    for _ in range(_REFINEMENTS + 1):
-        with progress.part("timing"):
-            trajectory = timed(arm(scene), waypoints, scene.options)
-        with progress.part("certificate"):
-            certificate = certify(scene, trajectory)
-        if certificate.certified:
-            return Plan(scene, True, "solved", by, trajectory, certificate, points)
-        reason = f"the motion has no certificate: {certificate.first_violation or certificate.unresolved}"
-        waypoints = np.insert(waypoints, np.arange(1, len(waypoints)), 0.5 * (waypoints[1:] + waypoints[:-1]), axis=0)
-    return Plan(scene, False, reason, by, certificate=certificate, path=points)
 
 
 def _tool(scene: Scene, which: str, q: Floats) -> Floats:

@@ -18,6 +18,7 @@ from ..scenes import Options, PointRobot, Scene, SnakeRobot, Trajectory, Unicycl
 
 if TYPE_CHECKING:
     from ..certify import Certificate
+    from ._anytime import Improvement
 
 Floats = NDArray[np.float64]
 
@@ -28,7 +29,8 @@ class Plan:
 
     `solved`: the trajectory reaches the goal and its certificate holds; `reason` says "solved", or why not. `solved_by`
     names the method. `path` (k, d): the points that the tool (or the ball) follows, metres. `timings`: seconds by part.
-    `notes`: what the planner did that its user should know.
+    `notes`: what the planner did that its user should know. `improvement`: what the time after the first certified plan
+    brought, None where it was not used.
     """
 
     scene: Scene
@@ -40,6 +42,7 @@ class Plan:
     path: Floats | None = None
     timings: dict[str, float] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
+    improvement: Improvement | None = None
 
     def __repr__(self) -> str:
         return f"Plan({self.scene.name!r}, {'solved by ' + str(self.solved_by) if self.solved else self.reason})"

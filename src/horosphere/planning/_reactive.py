@@ -55,6 +55,7 @@ def react(
     search.timings["pack"] = perf_counter() - begin
     deadline = perf_counter() + time_limit
     inside = [g for g, goal in enumerate(ends) if not _outside(robot, goal)]
+    found = None
     for share in RUNGS[1:]:
         rung = share * space.model.reach
         margins = space.margins(search.clearance + rung, search.self_clearance + rung)

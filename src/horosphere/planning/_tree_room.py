@@ -30,13 +30,16 @@ class Room:
         self.ramp = np.concatenate([(lanes + 1) / np.float32(16), lanes])
         self.work = np.zeros((3, n), np.float32)
         self.stack = np.zeros((2, 4096), np.float32)
+        self._plain: Floats | None = None
         self._samples: dict[int, NDArray[np.float32]] = {}
         self._scratch: dict[tuple[int, int, int], tuple[Any, ...]] = {}
 
     def samples(self, seed: int) -> NDArray[np.float32]:
         """Halton points (SAMPLES, n) in the unit cube, moved round by a random shift unless the seed is 0."""
         if seed not in self._samples:
-            points = halton(SAMPLES, self.n)
+            if self._plain is None:
+                self._plain = halton(SAMPLES, self.n)
+            points = self._plain
             if seed:
                 points = (points + np.random.default_rng(seed).uniform(size=self.n)) % 1.0
             self._samples = {seed: np.ascontiguousarray(points, np.float32)}

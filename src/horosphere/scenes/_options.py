@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-METHODS = ("auto", "field", "tree")
+METHODS = ("auto", "field", "tree", "reactive", "reactive-or-tree")
 TIMINGS = ("smooth", "time-optimal")
 # the names that `fields.HarmonicField` and `control.SlidingMode` know, which lie beside or above this layer; a test compares them
 RULES = ("planar-log", "planar", "equilibrium", "safe", "monotone", "printed")
@@ -18,7 +18,9 @@ class Options:
     """For the planner: metres, radians, seconds.
 
     `clearance` is kept between every part of the robot and every obstacle; `max_joint_step` bounds the change of each joint
-    between waypoints; `method` is auto, field (no tree search) or tree. `timing` is smooth (a trapezoid of the speed along the path)
+    between waypoints; `method` is auto, field (no tree search), tree, reactive (the field's law in joint space, no tree) or
+    reactive-or-tree. `improvement_time` (s) is used after the first certified plan to shorten it and to widen its clearance;
+    0: not at all. `timing` is smooth (a trapezoid of the speed along the path)
     or time-optimal, which also keeps a limit of every joint's `jerk` (rad or m, per s^3) where there is one.
     """
 
@@ -29,6 +31,7 @@ class Options:
     method: str = "auto"
     seed: int = 0
     time_limit: float = 10.0
+    improvement_time: float = 1.0
     goal_tolerance: float = 1e-6
     angle_tolerance: float = 1e-6
     velocity_scale: float = 1.0

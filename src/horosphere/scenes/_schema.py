@@ -333,9 +333,10 @@ class OptionFields(Section):
     path_step: Positive | None = None
     max_joint_step: Positive | None = None
     max_joint_step_deg: Positive | None = None
-    method: Literal["auto", "field", "tree"] | None = None
+    method: Literal["auto", "field", "tree", "reactive", "reactive-or-tree"] | None = None
     seed: Annotated[int, Field(ge=0)] | None = None
     time_limit: Positive | None = None
+    improvement_time: NotNegative | None = None
     goal_tolerance: Positive | None = None
     angle_tolerance: Positive | None = None
     velocity_scale: Fraction | None = None
