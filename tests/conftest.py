@@ -1,7 +1,10 @@
 """Shared fixtures."""
 
+import contextlib
+import io
 import os
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -15,3 +18,18 @@ def shared_data() -> Path:
     if not folder.is_dir():
         pytest.skip(f"no data folder at {folder} (set HOROSPHERE_DATA)")
     return folder
+
+
+def call(*words):
+    """Runs `horosphere WORDS` in this process: code, standard output, standard error."""
+    from horosphere.cli._app import main
+
+    out, err = io.StringIO(), io.StringIO()
+    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+        code = main([str(word) for word in words])
+    return SimpleNamespace(code=code, out=out.getvalue(), err=err.getvalue())
+
+
+@pytest.fixture(scope="session")
+def run():
+    return call

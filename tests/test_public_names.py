@@ -13,7 +13,7 @@ TOP = {
 }  # fmt: skip
 MODULES = {
     "algebra", "certify", "control", "distance", "entities", "errors", "fields", "kernels", "kinematics", "maps",
-    "planning", "robots", "scenes", "shapes", "snake", "versors",
+    "planning", "robots", "scenes", "shapes", "snake", "sweeps", "versors",
 }  # fmt: skip
 MEMBERS = {
     "Point": "from_euclidean as_euclidean",

@@ -57,6 +57,9 @@ if TYPE_CHECKING:
         snake as snake,
     )
     from . import (
+        sweeps as sweeps,
+    )
+    from . import (
         versors as versors,
     )
     from .algebra import Multivector as Multivector
@@ -85,7 +88,7 @@ _HOME = {
 }
 _MODULES = (
     "algebra", "certify", "control", "distance", "entities", "errors", "fields", "kernels", "kinematics", "maps",
-    "planning", "robots", "scenes", "shapes", "snake", "versors",
+    "planning", "robots", "scenes", "shapes", "snake", "sweeps", "versors",
 )  # fmt: skip
 
 

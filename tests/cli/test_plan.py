@@ -149,35 +149,45 @@ def test_bad_input_before_planning(run, monkeypatch, tmp_path, words, message):
 
 
 @pytest.mark.parametrize("moment", ["planning", 1, 2, 3, 4])
-def test_interrupted(run, monkeypatch, tmp_path, moment):
-    """Ctrl-C while planning, or while the n-th file is written: exit code 130 and only whole files."""
+@pytest.mark.parametrize("trouble", ["interrupted", "disk full"])
+def test_nothing_half_done(run, monkeypatch, tmp_path, moment, trouble):
+    """Ctrl-C or a full disk while planning or while the n-th file is written: the earlier results stay, all of them."""
+    import errno
     import os
 
     import horosphere.planning
 
     count = 0
     real = os.fsync
+    earlier = {name: name.encode() for name in ("trajectory.npz", "trajectory.csv", "certificate.json", "report.html")}
+    for name, content in earlier.items():
+        (tmp_path / name).write_bytes(content)
+
+    def strike(*arguments, **options):
+        if trouble == "interrupted":
+            signal.raise_signal(signal.SIGINT)
+        raise OSError(errno.ENOSPC, "No space left on device")
 
     def fsync(handle):
         nonlocal count
         count += 1
         if count == moment:
-            signal.raise_signal(signal.SIGINT)
+            strike()
         real(handle)
 
     if moment == "planning":
-        monkeypatch.setattr(horosphere.planning, "plan", lambda *a, **k: signal.raise_signal(signal.SIGINT))
+        if trouble == "disk full":
+            pytest.skip("planning writes nothing")
+        monkeypatch.setattr(horosphere.planning, "plan", strike)
     monkeypatch.setattr(os, "fsync", fsync)
     result = run("plan", "humanoid-reach", "--out", tmp_path)
-    assert result.code == 130 and "interrupted" in result.err and result.out == ""
-    names = sorted(p.name for p in tmp_path.iterdir())
-    assert len(names) == (0 if moment == "planning" else moment - 1)
-    for name in names:
-        assert name in ("trajectory.npz", "trajectory.csv", "certificate.json")
-        if name.startswith("trajectory"):
-            assert len(load_trajectory(tmp_path / name)) > 10
-        else:
-            json.loads((tmp_path / name).read_text())
+    if trouble == "interrupted":
+        assert result.code == 130 and "interrupted" in result.err
+    else:
+        assert result.code == 2 and "No space left on device" in result.err and str(tmp_path) in result.err
+        assert ".tmp" not in result.err
+    assert result.out == ""
+    assert {p.name: p.read_bytes() for p in tmp_path.iterdir()} == earlier
 
 
 @pytest.mark.parametrize("name", ["panda-table", "nao-reach"])

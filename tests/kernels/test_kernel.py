@@ -206,6 +206,19 @@ def test_works_where_nothing_can_be_written(tmp_path):
     assert run_script(HOROSPHERE_CACHE=str(blocked / "below"))[0] == "compiling cached_product"
 
 
+def test_works_where_the_disk_is_full(monkeypatch, tmp_path):
+    from numba.core.caching import IndexDataCacheFile
+
+    from horosphere.kernels import jit
+
+    def full(*arguments):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setenv("HOROSPHERE_CACHE", str(tmp_path))
+    monkeypatch.setattr(IndexDataCacheFile, "save", full)
+    assert jit(lambda x: 2.0 * x + 1.0)(3.0) == 7.0
+
+
 def test_works_without_a_compiler():
     assert run_script(NUMBA_DISABLE_JIT="1") == run_script()[-1:]
 

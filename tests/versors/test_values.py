@@ -106,7 +106,11 @@ BAD = {
     "nan": (lambda: hs.Point.from_euclidean(NAN), "xyz: expected finite numbers, got nan at index (1,)"),
     "nan single": (lambda: hs.Point.from_euclidean(np.array(NAN)), "got nan at index (1,)"),
     "inf": (lambda: hs.Point.from_euclidean(np.array([0, np.inf, 0])), "got inf at index (1,)"),
-    "text": (lambda: hs.Point.from_euclidean("abc"), "expected numbers, got str"),
+    "text": (lambda: hs.Point.from_euclidean("abc"), "expected numbers, got text"),  # type: ignore
+    "numbers as text": (lambda: hs.Point.from_euclidean(["1", "2", "3"]), "expected numbers, got text"),  # type: ignore
+    "complex": (lambda: hs.Point.from_euclidean(np.array([1j, 0, 0])), "complex numbers (complex128)"),  # type: ignore
+    "masked": (lambda: hs.Point.from_euclidean(np.ma.array([1.0, 2, 3], mask=[0, 1, 0])), "masked elements"),
+    "none": (lambda: hs.Point.from_euclidean(None), "expected numbers, got None"),  # type: ignore
     "radius": (lambda: hs.Sphere.from_center_radius([0, 0, 0], -1.0), "expected a radius >= 0, got -1.0"),
     "radius at": (lambda: hs.Sphere.from_center_radius(np.zeros((3, 3)), [1, 1, -2]), "got -2.0 at index (2,)"),
     "circle radius": (lambda: hs.Circle.from_center_normal_radius([0, 0, 0], [0, 0, 1], -1), "radius >= 0"),

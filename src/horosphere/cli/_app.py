@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import sys
 from collections.abc import Sequence
 
@@ -16,6 +17,7 @@ from ._robot import robot
 from ._scenes import scenes
 from ._show import show
 from ._snake import app as snake
+from ._sweep import sweep
 from ._warmup import warmup
 
 
@@ -37,7 +39,7 @@ def build() -> App:
         suppress_keyboard_interrupt=False,
         default_parameter=Parameter(negative=(), show_default=False),
     )
-    for command in (plan, check, show, field, robot, scenes, warmup):
+    for command in (plan, check, show, field, robot, sweep, scenes, warmup):
         app.command(command)
     app.command(snake)
     app.command(bench)
@@ -57,7 +59,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         out.print_error(_Usage(str(error).strip()), as_json)
         return out.BAD_INPUT
     except HorosphereError as error:
-        out.print_error(error, as_json)
+        out.print_error(error, as_json, _options(words))
         return out.BAD_INPUT
     except KeyboardInterrupt:
         out.console(stderr=True).print("interrupted; no file was left half written")
@@ -65,6 +67,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except BrokenPipeError:  # the reader went away: horosphere scenes | head -1
         return out.DONE
     return result if isinstance(result, int) else out.DONE
+
+
+def _options(words: Sequence[str]) -> list[str]:
+    """Names of the options of the command that these words call, as Python writes them."""
+    _, apps, _ = build().parse_commands(list(words))
+    function = apps[-1].default_command
+    if function is None:
+        return []
+    return [p.name for p in inspect.signature(function).parameters.values() if p.kind is p.KEYWORD_ONLY]
 
 
 class _Usage(Exception):

@@ -11,6 +11,8 @@ from cyclopts import Parameter
 from . import _output as out
 from ._plan import certificate_data
 
+CHECKED = ("certificate.json", "report.html")
+
 
 def check(
     scene: str,
@@ -53,7 +55,7 @@ def check(
     folder = None if out_folder is None else output_folder(out_folder)
     with out.working("certifying") as progress:
         from ..certify import certify
-        from ..io import to_json, writing
+        from ..io import to_json, writing, writing_set
         from ..viewer import goal_error, has_viser, measure, report_html, summarise
 
         out.announce_compiling(progress)
@@ -85,10 +87,11 @@ def check(
             if has_viser():
                 progress.update("drawing the report")
                 contents["report.html"] = report_html(problem, motion, certificate=certificate)
-            for name, text in contents.items():
-                with writing(folder / name) as file:
-                    file.write(text)
-                files.append(str(folder / name))
+            with writing_set(folder, CHECKED) as stage:
+                for name, text in contents.items():
+                    with writing(stage / name) as file:
+                        file.write(text)
+            files = [str(folder / name) for name in contents]
     if json:
         out.print_json({**data, "files": files})
     else:

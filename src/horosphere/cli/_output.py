@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import json
+import re
 import sys
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from contextlib import contextmanager, suppress
 from typing import Any
 
@@ -72,15 +73,18 @@ def print_verdict(text: str, good: bool) -> None:
     console().print(Text(text, style="bold green" if good else "bold red"))
 
 
-def print_notes(notes: Any) -> None:
+def print_notes(notes: Any, stderr: bool = False) -> None:
     """Remarks, one a line."""
     for note in notes:
-        console().print(plain_text(f"note: {note}"))
+        console(stderr).print(plain_text(f"note: {note}"))
 
 
-def print_error(error: BaseException, as_json: bool) -> None:
-    """One message per problem on standard error; as JSON on standard output where that was asked for."""
-    errors = getattr(error, "errors", None) or (error,)
+def print_error(error: BaseException, as_json: bool, options: Collection[str] = ()) -> None:
+    """One message per problem on standard error; as JSON on standard output where that was asked for.
+
+    `options`: names of the command's options, as Python writes them; where a message names one, it is said as on a command line.
+    """
+    errors = [_spoken(e, options) for e in getattr(error, "errors", None) or (error,)]
     if as_json:
         items = [
             {
@@ -91,10 +95,35 @@ def print_error(error: BaseException, as_json: bool) -> None:
             }
             for e in errors
         ]
-        sys.stdout.write(json.dumps({"error": str(error), "errors": items}, indent=2) + "\n")
+        sys.stdout.write(json.dumps({"error": "\n".join(map(str, errors)), "errors": items}, indent=2) + "\n")
     out = console(stderr=True)
     for e in errors:
         out.print("[bold red]error:[/] ", plain_text(e), sep="")
+
+
+def _spoken(error: BaseException, options: Collection[str]) -> BaseException:
+    """The error with `link_radius` and link_radius=... written as --link-radius."""
+    from ..errors import InputError
+
+    def said(text: str | None) -> str | None:
+        if text is None:
+            return None
+        known = "|".join(map(re.escape, options))
+        return (
+            re.sub(rf"`({known})`|\b({known})=(?=[\s,;)]|$)", lambda m: option(m[1] or m[2]), text) if known else text
+        )
+
+    if not isinstance(error, InputError):
+        return error
+    place = error.place
+    if place is not None and place in options:
+        place = option(place)
+    return InputError(said(error.message) or "", place=place, remedy=said(error.remedy), choices=error.choices)
+
+
+def option(name: str) -> str:
+    """A keyword as it is written on a command line."""
+    return "--" + name.replace("_", "-")
 
 
 class Working:

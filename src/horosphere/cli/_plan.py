@@ -80,7 +80,8 @@ def plan(
         out.announce_compiling(progress)
         result = run(problem, **options)
         problem = getattr(result, "scene", problem)
-        progress.update("drawing the report")
+        if report:
+            progress.update("drawing the report")
         files, summary, data = results(problem, result, report)
         progress.update("writing")
         names = write_all(folder, files, result.trajectory, save)
@@ -174,22 +175,18 @@ def certificate_data(certificate: Any) -> Any:
 
 
 def write_all(folder: Path, files: dict[str, Any], trajectory: Any, more: tuple[Path, ...] = ()) -> list[str]:
-    """Writes every file under a temporary name and renames it; results of an earlier run that no longer hold go away."""
-    from ..io import save_trajectory, writing
+    """Writes the results, all of them or none; those of an earlier run in the folder go away with it."""
+    from ..io import save_trajectory, writing, writing_set
 
-    written = []
-    for name in WRITTEN:
-        path = folder / name
-        if name.startswith("trajectory") and trajectory is not None:
-            save_trajectory(trajectory, path)
-        elif name in files:
-            with writing(path) as file:
-                file.write(files[name])
-        else:
-            path.unlink(missing_ok=True)
-            continue
-        written.append(str(path))
-    for path in more:
+    with writing_set(folder, WRITTEN) as stage:
+        for name in WRITTEN:
+            if name.startswith("trajectory") and trajectory is not None:
+                save_trajectory(trajectory, stage / name)
+            elif name in files:
+                with writing(stage / name) as file:
+                    file.write(files[name])
         if trajectory is not None:
-            written.append(str(save_trajectory(trajectory, path)))
-    return written
+            for path in more:
+                save_trajectory(trajectory, path)
+    written = [folder / name for name in WRITTEN if (folder / name).exists()]
+    return [str(path) for path in (*written, *(more if trajectory is not None else ()))]

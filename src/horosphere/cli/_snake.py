@@ -277,7 +277,8 @@ def steer(
         }
         if out_folder is not None:
             folder = output_folder(out_folder)
-            data["files"] = _write(folder, snake, result.motion, motion_figure(snake, result.motion))
+            figure = motion_figure(snake, result.motion)
+            data["files"] = _write(folder, snake, result.motion, figure, result.inputs, result.duration)
     if json:
         out.print_json(data)
     else:
@@ -358,15 +359,26 @@ def navigate(
     return out.DONE if result.solved else out.FAILED
 
 
-def _write(folder: Path, snake: Any, motion: Any, figure: Any) -> list[str]:
+WRITTEN = ("trajectory.npz", "inputs.csv", "motion.png")
+
+
+def _write(folder: Path, snake: Any, motion: Any, figure: Any, legs: Any = None, duration: float = 0.0) -> list[str]:
+    """The motion as files, all of them or none; `legs` (m, 4): inputs that are constant over equal parts of `duration`."""
     import numpy as np
 
-    from ..io import save_trajectory, writing
+    from ..io import save_trajectory, writing, writing_set
     from ..scenes import Trajectory
 
     keep = np.concatenate([[True], np.diff(motion.time) > 0.0])
     rates = snake.angle_rates(snake.to_angles(motion.q[keep]), motion.inputs[keep])
-    save_trajectory(Trajectory(motion.time[keep], motion.q[keep], rates, None, snake.names), folder / "trajectory.npz")
-    with writing(folder / "motion.png", "wb") as temporary:
-        figure.savefig(temporary, dpi=110, format="png")
-    return [str(folder / "trajectory.npz"), str(folder / "motion.png")]
+    with writing_set(folder, WRITTEN) as stage:
+        save_trajectory(Trajectory(motion.time[keep], motion.q[keep], rates, None, snake.names), stage / WRITTEN[0])
+        if legs is not None:
+            with writing(stage / "inputs.csv") as file:
+                file.write("from,to,u1,u2,u3,u4\n")
+                ends = np.linspace(0.0, duration, len(legs) + 1).tolist()
+                for start, end, leg in zip(ends, ends[1:], np.asarray(legs).tolist()):
+                    file.write(",".join(map(repr, (start, end, *leg))) + "\n")
+        with writing(stage / "motion.png", "wb") as temporary:
+            figure.savefig(temporary, dpi=110, format="png")
+    return [str(folder / name) for name in WRITTEN if (folder / name).exists()]

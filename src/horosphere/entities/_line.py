@@ -20,7 +20,7 @@ class Line(Entity):
     """Directed line n I_e + m ei, m = p x n [Humanoid, eq 10, see the errata]; the axis of a rotation exp(-angle/2 L).
 
     `array` (..., 6) over (e12, e13, e23, e1i, e2i, e3i) = (n3, -n2, n1, m1, m2, m3), the layout of motor logarithms.
-    Direction 0 is the meet of parallel planes: not real.
+    Direction 0 is the meet of parallel planes: not real, its moment is the gap n1 d2 - n2 d1.
     """
 
     SIZE: ClassVar[int] = 6
@@ -91,4 +91,6 @@ class Line(Entity):
         return cls._of(cross(n, m), n)
 
     def _text(self) -> str:
+        if not self.is_real:
+            return f"not real, gap={vector(self.moment)}"
         return f"point={vector(self.point)}, direction={vector(self.direction)}"

@@ -6,7 +6,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..errors import InputError, unknown_name
 from ..numeric import float_array
 
-CHARGE_RULES = ("safe", "equilibrium", "monotone", "planar", "printed")
+CHARGE_RULES = ("safe", "equilibrium", "monotone", "planar-log", "printed")
 
 
 def safe_charge(
@@ -26,13 +26,14 @@ def safe_charge(
       (1 + rho)^(1-p) for p <= 2 or rho >= p - 1, else ((p-2)/p)^(p/2) / ((p-2) (rho^2 - 1)^((p-2)/2)).
     - "equilibrium": the unstable point lies on the ball, opposite the goal: (1 + rho)^(1-p).
     - "monotone": the largest q with which the distance to the goal never grows; the same number as "equilibrium".
-    - "planar": R / (R + D), the equilibrium charge of the planar (p = 2) field used in any dimension.
+    - "planar-log": R / (R + D), the equilibrium charge of the planar (p = 2) field used in any dimension.
     - "printed": R / (R + D) whatever p is, as the papers print it; unsafe in 3-D for D < 14/13 R.
 
     A "safe" value above 1 means that no field with these exponents is both safe and attracted to the goal from everywhere.
     Raises InputError for R <= 0, D <= R, n < 2, p <= 1, an unknown rule.
     Source: [Rn] (3), [Humanoid] (23); "safe" and "monotone" are our derivation (docs/fields.md); see docs/errata.md.
     """
+    rule = "planar-log" if rule == "planar" else rule
     if rule not in CHARGE_RULES:
         raise unknown_name("charge rule", str(rule), CHARGE_RULES, place="rule")
     R = float_array(radius, "radius")
@@ -50,7 +51,7 @@ def safe_charge(
             place="distance",
             remedy="move the goal out or shrink the security radius",
         )
-    if rule in ("planar", "printed"):
+    if rule in ("planar-log", "printed"):
         return R / (R + D)
     p = n if exponent is None else float_array(exponent, "exponent")
     if (p <= 1).any():

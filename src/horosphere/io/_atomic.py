@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+import shutil
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import IO, Any
@@ -31,6 +32,35 @@ def writing(path: str | Path, mode: str = "w") -> Iterator[IO[Any]]:
         raise InputError(f"cannot be written: {error.strerror or error}", place=str(path)) from None
     finally:
         temporary.unlink(missing_ok=True)
+
+
+@contextmanager
+def writing_set(folder: str | Path, names: Sequence[str]) -> Iterator[Path]:
+    """A hidden folder inside `folder`: what the block writes there takes the place of all files `names` when it ends well.
+
+    Those of an earlier set that were not written anew are removed, so that results of two runs never stand side by side.
+    An interruption or a full disk leaves the earlier set as it was. Raises InputError if the folder cannot be written.
+    """
+    folder = Path(folder)
+    stage = folder / f".horosphere.{os.getpid()}.tmp"
+    try:
+        stage.mkdir()
+        try:
+            yield stage
+        except InputError as error:  # the user knows nothing of the hidden folder
+            if error.place is None or stage.name not in error.place:
+                raise
+            place = str(folder / Path(error.place).name)
+            raise InputError(error.message, place=place, remedy=error.remedy, choices=error.choices) from None
+        for name in names:
+            if (stage / name).exists():
+                os.replace(stage / name, folder / name)
+            else:
+                (folder / name).unlink(missing_ok=True)
+    except OSError as error:
+        raise InputError(f"cannot be written: {error.strerror or error}", place=str(folder)) from None
+    finally:
+        shutil.rmtree(stage, ignore_errors=True)
 
 
 def output_folder(path: str | Path) -> Path:

@@ -13,6 +13,7 @@ import hashlib
 import os
 import sys
 from collections.abc import Callable
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -109,6 +110,10 @@ def attach_cache(dispatcher, content: str) -> None:
 
     class Cache(FunctionCache):
         _impl_class = Implementation
+
+        def save_overload(self, sig, data) -> None:
+            with suppress(OSError):  # a full disk: then it is compiled again next time
+                super().save_overload(sig, data)
 
     try:
         dispatcher._cache = Cache(dispatcher.py_func)

@@ -14,10 +14,10 @@ def float_array(
     `last` is the expected length of the last axis, `ndim` the expected number of axes.
     Raises InputError naming `name`, what was expected and what came (or the index of the first NaN or infinity).
     """
-    try:
-        array = np.ascontiguousarray(value, dtype=np.float64) if np.ndim(value) else np.asarray(value, np.float64)
-    except (TypeError, ValueError) as error:
-        raise InputError(f"expected numbers, got {type(value).__name__} ({error})", place=name) from None
+    if type(value) is np.ndarray and value.dtype == np.float64:
+        array = np.ascontiguousarray(value) if value.ndim else value
+    else:
+        array = _converted(value, name)
     if ndim is not None and array.ndim != ndim:
         raise InputError(f"expected {ndim} axes, got shape {array.shape}", place=name)
     if last is not None and (array.ndim == 0 or array.shape[-1] != last):
@@ -26,3 +26,23 @@ def float_array(
         where = tuple(int(i) for i in np.argwhere(~np.isfinite(array))[0])
         raise InputError(f"expected finite numbers, got {array[where]} at index {where}", place=name)
     return array
+
+
+def _converted(value: ArrayLike, name: str) -> NDArray[np.float64]:
+    """Anything that numpy reads as real numbers; text, complex numbers, times and masked elements are none."""
+    if value is None:
+        raise InputError("expected numbers, got None", place=name)
+    try:
+        raw = np.asarray(value)
+        if raw.dtype.kind not in "fiubO":
+            kind = {"c": "complex numbers", "U": "text", "S": "text", "M": "dates", "m": "times"}.get(
+                raw.dtype.kind, "other things"
+            )
+            raise InputError(f"expected numbers, got {kind} ({raw.dtype})", place=name)
+        if np.ma.is_masked(value):
+            raise InputError("expected numbers, got masked elements", place=name, remedy="fill or drop them")
+        return np.ascontiguousarray(raw, dtype=np.float64) if raw.ndim else np.asarray(raw, np.float64)
+    except InputError:
+        raise
+    except (TypeError, ValueError) as error:
+        raise InputError(f"expected numbers, got {type(value).__name__} ({error})", place=name) from None

@@ -116,7 +116,7 @@ def choose_ends(urdf: Urdf, base: str | None, tip: str | None) -> tuple[str, str
             raise InputError(
                 f"the tip is not given, and {len(leaves)} links could be it",
                 place=str(urdf.path),
-                remedy="give tip=",
+                remedy="name one of them (`tip`)",
                 choices=leaves,
             )
         tip = leaves[0]

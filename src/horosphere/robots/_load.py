@@ -79,7 +79,7 @@ def load(
             "no such file", place=text, remedy="give a URDF, a robot YAML, or a built-in name", choices=names()
         )
     else:
-        raise unknown_name("robot", text, names(), place="name_or_path")
+        raise unknown_name("robot", text, names())
     if base is not None or tip is not None or locked or srdf is not None or group is not None:
         raise InputError("base, tip, locked, srdf and group are for URDF files", place=text)
     if capsules is None and link_radius is None and collision == "capsules":
@@ -104,7 +104,9 @@ def _from_urdf(path: Path, given: Given, options: CoverOptions) -> Robot:
     urdf = read_urdf(path)
     srdf = None if given.srdf is None else read_srdf(Path(given.srdf), urdf)
     if srdf is None and given.group is not None:
-        raise InputError("a group is named in an SRDF, and none is given", place="group", remedy="give srdf=")
+        raise InputError(
+            "a group is named in an SRDF, and none is given", place="group", remedy="give the SRDF, too (`srdf`)"
+        )
     base, tip, notes = given.base, given.tip, []
     if srdf is not None:
         notes.append(f"{len(srdf.disabled)} pairs of links are disabled by {srdf.path.name}")
@@ -207,9 +209,9 @@ def _finish(
         notes.append(f"collision model: joint-to-joint segments of radius {link_radius:g} m for {', '.join(by_radius)}")
     if bare:
         some = ", ".join(bare[:6]) + (f" and {len(bare) - 6} more" if len(bare) > 6 else "")
-        notes.append(f"WITHOUT collision body: {some}; give capsules= (a capsule file) or link_radius=")
+        notes.append(f"WITHOUT collision body: {some}; give a capsule file (`capsules`) or a radius (`link_radius`)")
     elif not len(packed):
-        notes.append("NO collision body at all; give capsules= (a capsule file) or link_radius=")
+        notes.append("NO collision body at all; give a capsule file (`capsules`) or a radius (`link_radius`)")
     if partly:
         notes.append(f"INCOMPLETE, since some of their meshes could not be read: {', '.join(partly)}")
     return replace(robot, capsules=packed, self_pairs=pairs, pair_table=table, notes=(*notes, *dropped))

@@ -127,14 +127,14 @@ def _by_samples(first: str, second: str, share: float) -> tuple[LinkPair, str]:
     if share >= ALWAYS:
         return LinkPair(first, second, False, f"always touching: they {seen}", share), (
             f"{first} / {second} NOT checked against each other: their bodies {seen}, so nothing could be planned; "
-            "a tighter model (budget=, capsules=) makes the check possible"
+            "a tighter model (`budget`, `capsules`) makes the check possible"
         )
     row = LinkPair(first, second, True, f"they {seen}" if share else "not seen touching", share)
     if share < OFTEN:
         return row, ""
     return row, (
         f"{first} / {second} are checked, though their bodies {seen}: if they cannot meet in truth, allow them "
-        "(srdf=, with_allowed) or give a tighter model (budget=, capsules=)"
+        "(`srdf`) or give a tighter model (`budget`, `capsules`)"
     )
 
 

@@ -70,9 +70,9 @@ class Motor(Versor):
         return cls._wrap(k.motor_of_line(l, a[..., 0], b[..., 0]))
 
     @classmethod
-    def from_matrix(cls, matrix: ArrayLike) -> Self:
+    def from_matrix(cls, T: ArrayLike) -> Self:
         """From rigid transforms (..., 4, 4); rotations off by rounding (1e-6) pass. Raises InputError otherwise."""
-        return cls._wrap(k.motor_of_matrix(rigid(matrix, "matrix")))
+        return cls._wrap(k.motor_of_matrix(rigid(T, "T")))
 
     @classmethod
     def from_translation(cls, vector: ArrayLike) -> Self:
