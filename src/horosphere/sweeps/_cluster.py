@@ -25,7 +25,7 @@ def run_cluster(tasks: Sequence[Task], address: str, timeout: float) -> Iterator
     task. Raises InputError without `distributed`, without an answer, or if the workers lack horosphere.
     """
     try:
-        import distributed
+        import distributed  # pyright: ignore[reportMissingImports]
     except ImportError:
         raise InputError(
             "a cluster needs the extra `cluster`", place="scheduler", remedy="pip install 'horosphere[cluster]'"
