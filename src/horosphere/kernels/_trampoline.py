@@ -272,7 +272,7 @@ def _trampoline(typing_context, settings, items, count):
     return types.intp(settings, items, count), code
 
 
-@jit(no_cpython_wrapper=True)
+@jit(no_cpython_wrapper=True, no_cfunc_wrapper=False)
 def direct_call(settings, items, count):
     """METH_FASTCALL of a direct call: inputs, then for each output an array to write into or None (also if left out)."""
     return _trampoline(settings, items, count)  # type: ignore[call-arg]
