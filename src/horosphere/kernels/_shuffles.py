@@ -110,4 +110,4 @@ def load_group(builder, start, count, column, bits):
     rows = [shuffle(builder, row(i), row(i + 2), list(range(8))) for i in (0, 1, 4, 5)]
     low, high = [0, 8, 2, 10, 4, 12, 6, 14], [1, 9, 3, 11, 5, 13, 7, 15]
     pairs = [[shuffle(builder, rows[i], rows[i + 1], m) for i in (0, 2)] for m in (low, high)]
-    return [pick(builder, *pairs[c % 2], 2, c // 2) for c in range(4)]
+    return [pick(builder, pairs[c % 2][0], pairs[c % 2][1], 2, c // 2) for c in range(4)]

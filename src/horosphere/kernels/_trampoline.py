@@ -128,11 +128,12 @@ class _Code:
         return array
 
     def check_shape(self, entry, array, shape, axes) -> None:
-        """Answer None unless the array has the batch axes `shape[:axes]` (alone: any of length 1), then a record's."""
+        """Answer None unless the array has the batch axes `shape[:axes]` (alone: at most as many, of length 1), then a record's."""
         own, lengths = self.at(entry, AXES), self.read(array, ARRAY_SHAPE)
         leading = self.b.sub(self.read_half(array, ARRAY_AXES), own)
         alone = self.compare(self.at(entry, ALONE), "!=", 0)
-        self.need(self.b.or_(self.compare(leading, "==", axes), self.b.and_(alone, self.compare(leading, ">=", 0))))
+        fewer = self.b.and_(self.compare(leading, ">=", 0), self.compare(leading, "<=", axes))
+        self.need(self.b.or_(self.compare(leading, "==", axes), self.b.and_(alone, fewer)))
         with self.loop(leading) as k:
             length = self.at(lengths, k)
             expected = cgutils.alloca_once_value(self.b, self.number(1))
