@@ -1,19 +1,25 @@
 """Products, exponentials and Panda kinematics against clifford, kingdon, gafro and pinocchio, in one run.
 
-    python benchmarks/kernels.py            # needs the extra `bench`; peers that are not installed are left out
+    python benchmarks/kernels.py [single | batch | panda]     # default: all
 
-Ratios are the peer's time over ours: above 1 we are faster. Medians of several rounds, all contenders in turn.
+Needs the extra `bench`; peers that are not installed are left out. Ratios are the peer's time over ours: above 1 we are
+faster. Medians of many short rounds, all contenders in turn. For a million elements a copy by numpy of as many bytes as the
+kernel reads and writes runs beside it: the time that the memory alone takes. HOROSPHERE_DATA: a folder with the file
+panda_spheres.urdf, whose chain then takes the place of the catalogue's Panda.
 """
 
 from __future__ import annotations
 
 import importlib
+import os
+import sys
+from pathlib import Path
 
 import numpy as np
 from _harness import compare, heading
 
 import horosphere as hs
-from horosphere.kinematics import forward, jacobian
+from horosphere.kinematics import forward, forward_and_jacobian, jacobian
 from horosphere.versors import _kernels as ours
 
 
@@ -85,42 +91,45 @@ class Clifford:
         return self.a * self.point * ~self.a
 
 
+def short(title: str, contenders: dict) -> None:
+    """One-element calls: many short rounds."""
+    compare(title, contenders, rounds=60, seconds_a_round=0.002)
+
+
 def single_elements() -> None:
     a, b = motors(2)
-    out = np.empty(8)
-    p, g, x = hs.Point.from_euclidean([1.0, 2.0, 3.0]).array, RNG.normal(size=6), np.empty(5)
+    m, n, point = hs.Motor._wrap(a), hs.Motor._wrap(b), hs.Point.from_euclidean([1.0, 2.0, 3.0])
+    screw, out = RNG.normal(size=6), np.empty(8)
     peer = Clifford() if clifford else None
     ga, gb, gp = (gafro.Motor.Random(), gafro.Motor.Random(), gafro.Point(1.0, 2.0, 3.0)) if gafro else (None,) * 3
-    compare(
+    log = gafro.MotorGenerator(ga.log().evaluate()) if gafro else None
+    short(
         "motor product, one pair",
         {
+            "horosphere, Motor @ Motor": lambda: m @ n,
             "horosphere, kernel with out=": lambda: ours.motor_product(a, b, out=out),
-            "horosphere, Motor @ Motor": (lambda m, n: lambda: m @ n)(hs.Motor._wrap(a), hs.Motor._wrap(b)),
             "clifford": peer and peer.product,
             "pygafro": gafro and (lambda: ga * gb),
         },
     )
-    compare(
+    short(
         "motor on a point, one pair",
         {
-            "horosphere, kernel with out=": lambda: ours.motor_point(a, p, out=x),
+            "horosphere, Motor @ Point": lambda: m @ point,
             "clifford": peer and peer.on_point,
             "pygafro": gafro and (lambda: ga.apply(gp)),
         },
     )
-    logarithm = ga.log() if gafro else None
-    compare(
-        "logarithm of a motor, one element",
-        {"horosphere": lambda: ours.motor_log(a), "pygafro": gafro and (lambda: ga.log().evaluate())},
-    )
-    compare(
+    short(
         "exponential of a screw, one element",
         {
-            "horosphere": lambda: ours.motor_exp(g),
-            "pygafro": gafro and (lambda: gafro.Motor.exp(gafro.MotorGenerator(logarithm.evaluate())))
-            if logarithm and hasattr(gafro, "MotorGenerator")
-            else None,
+            "horosphere, Motor.exp(screw)": lambda: hs.Motor.exp(screw),
+            "pygafro": gafro and (lambda: gafro.Motor.exp(log)),
         },
+    )
+    short(
+        "logarithm of a motor, one element",
+        {"horosphere, motor.log()": lambda: m.log(), "pygafro": gafro and (lambda: ga.log().evaluate())},
     )
 
 
@@ -131,35 +140,40 @@ def batches(n: int) -> None:
     spheres, moved_spheres = np.abs(RNG.normal(size=(n, 4))), np.empty((n, 4))
     lines, moved_lines = RNG.normal(size=(n, 6)), np.empty((n, 6))
     logs = np.empty((n, 6))
-    peers = {name: Kingdon(n, name == "G(4,1)") if kingdon else None for name in ("G(4,1)", "G(3,0,1)")}
-    one = Clifford() if clifford else None
-    loop = min(n, 2000)
-
-    def looped(call):
-        """A peer without batches, called one by one (on at most 2,000 elements, scaled)."""
-        return call and (lambda: [call() for _ in range(loop)])
-
-    rounds = 9 if n < 100_000 else 5
+    peers = {f"kingdon {name}": Kingdon(n, name == "G(4,1)") if kingdon else None for name in ("G(4,1)", "G(3,0,1)")}
+    one, few = Clifford() if clifford else None, 500
+    motor, generator = (gafro.Motor.Random(), None) if gafro else (None, None)
+    if gafro:
+        generator = gafro.MotorGenerator(motor.log().evaluate())
     title = f"batch of {n:,}"
-    print(f"\n{title}: peers without batches are looped over {loop:,} elements; times are per element")
+    print(f"\n{title}: times are per element")
 
-    def against_kingdon(what, call, method):
-        others = {f"kingdon {name}": peer and getattr(peer, method) for name, peer in peers.items()}
-        compare(f"{what}, {title}", {"horosphere": call, **others}, n, rounds)
+    def run(what, kernel, arrays, result, method=None, looped=None):
+        """One kernel against kingdon's method of this name and against looped calls; its share of the memory's speed."""
+        others = {name: peer and getattr(peer, method) for name, peer in peers.items()} if method else {}
+        if looped:
+            name, call = looped
+            others[f"{name}, looped over {few}"] = call and (lambda: [call() for _ in range(few)], few)
+        rounds, slices = (15, 0.01) if n < 100_000 else (5, 0.02)
+        if n >= 100_000:
+            numbers = sum(x.shape[-1] for x in (*arrays, result))
+            source = np.ones((n, numbers // 2 + numbers % 2))
+            target = np.empty_like(source)
+            others["numpy, copy of as many bytes"] = lambda: np.copyto(target, source)
+        found = compare(
+            f"{what}, {title}", {"horosphere": lambda: kernel(*arrays, out=result), **others}, n, rounds, slices
+        )
+        if n >= 100_000:
+            share = found["numpy, copy of as many bytes"] / found["horosphere"]
+            print(f"  reached of the memory's speed: {share:.0%} ({8 * numbers / found['horosphere'] / 1e9:.0f} GB/s)")
 
-    against_kingdon("motor product", lambda: ours.motor_product(a, b, out=out), "product")
-    if one:
-        compare("motor product, clifford looped", {"clifford": looped(one.product)}, loop, 3)
-    against_kingdon("unit motor on a point", lambda: ours.motor_point(a, points, out=moved), "on_point")
-    against_kingdon("unit motor on a line", lambda: ours.motor_line(a, lines, out=moved_lines), "on_line")
-    compare(
-        f"unit motor on a sphere, {title}",
-        {"horosphere": lambda: ours.motor_sphere(a, spheres, out=moved_spheres)},
-        n,
-        rounds,
-    )
-    compare(f"exponential, {title}", {"horosphere": lambda: ours.motor_exp(screws, out=out)}, n, rounds)
-    compare(f"logarithm, {title}", {"horosphere": lambda: ours.motor_log(a, out=logs)}, n, rounds)
+    run("motor product", ours.motor_product, (a, b), out, "product", ("clifford", one and one.product))
+    run("unit motor on a point", ours.motor_point, (a, points), moved, "on_point", ("clifford", one and one.on_point))
+    run("unit motor on a line", ours.motor_line, (a, lines), moved_lines, "on_line")
+    run("unit motor on a sphere", ours.motor_sphere, (a, spheres), moved_spheres)
+    exp = gafro and (lambda: gafro.Motor.exp(generator))
+    run("exponential", ours.motor_exp, (screws,), out, None, ("pygafro", exp))
+    run("logarithm", ours.motor_log, (a,), logs, None, ("pygafro", gafro and (lambda: motor.log().evaluate())))
 
 
 class PinocchioPanda:
@@ -198,7 +212,11 @@ class PinocchioPanda:
 
 
 def panda() -> None:
+    folder = os.environ.get("HOROSPHERE_DATA")
     robot = hs.robots.load("panda")
+    if folder:
+        robot = hs.robots.load(str(Path(folder, "panda_spheres.urdf")), tip="panda_grasptarget")
+    print(f"\nPanda from {Path(robot.source).name if folder else 'the catalogue'}")
     q = RNG.uniform(*PANDA_LIMITS)
     pose, J = np.empty(8), np.empty((6, 7))
     peer = PinocchioPanda(robot) if pinocchio else None
@@ -208,7 +226,7 @@ def panda() -> None:
         np.testing.assert_allclose(jacobian(robot, q), np.concatenate([theirs[3:], theirs[:3]]), atol=1e-12)
     arm = gafro.FrankaEmikaRobot() if gafro else None
     values = q.tolist()
-    compare(
+    short(
         "Panda forward kinematics, one configuration",
         {
             "horosphere, forward(robot, q, out)": lambda: forward(robot, q, pose),
@@ -218,30 +236,45 @@ def panda() -> None:
             "pygafro": arm and (lambda: arm.getEEMotor(values)),
         },
     )
-    compare(
+    short(
         "Panda pose and 6x7 Jacobian, one configuration",
         {
-            "horosphere, jacobian(robot, q, out)": lambda: jacobian(robot, q, J),
-            "horosphere, forward and jacobian, out": lambda: (forward(robot, q, pose), jacobian(robot, q, J)),
+            "horosphere, forward_and_jacobian(robot, q)": lambda: forward_and_jacobian(robot, q),
+            "horosphere, forward_and_jacobian, out": lambda: forward_and_jacobian(robot, q, (pose, J)),
+            "horosphere, jacobian(robot, q, out) alone": lambda: jacobian(robot, q, J),
             "pinocchio, both read out": peer and (lambda: peer.pose_and_jacobian(q)),
             "pygafro": arm and (lambda: (arm.getEEMotor(values), arm.getEEGeometricJacobian(values))),
         },
     )
     n = 20_000
     Q = RNG.uniform(*PANDA_LIMITS, (n, 7))
-    poses, Js, some = np.empty((n, 8)), np.empty((n, 6, 7)), Q[:2000]
-    ours_fk = compare(f"Panda forward kinematics, batch of {n:,}", {"horosphere": lambda: forward(robot, Q, poses)}, n)
-    ours_j = compare(f"Panda Jacobian, batch of {n:,}", {"horosphere": lambda: jacobian(robot, Q, Js)}, n)
-    if peer:
-        theirs = compare("pinocchio looped", {"forward": lambda: [peer.pose(x) for x in some]}, len(some), 5)
-        print(f"  ratio of batches, forward: {theirs['forward'] / ours_fk['horosphere']:.0f}x")
-        theirs = compare("pinocchio looped", {"both": lambda: [peer.pose_and_jacobian(x) for x in some]}, len(some), 5)
-        print(f"  ratio of batches, Jacobian: {theirs['both'] / ours_j['horosphere']:.0f}x")
+    poses, Js, some = np.empty((n, 8)), np.empty((n, 6, 7)), Q[:500]
+    print(f"\nbatches of {n:,}, pinocchio looped over {len(some)}: times are per configuration")
+    compare(
+        "Panda forward kinematics",
+        {
+            "horosphere, forward(robot, q, out)": lambda: forward(robot, Q, poses),
+            "pinocchio, pose read out, looped": peer and (lambda: [peer.pose(x) for x in some], len(some)),
+        },
+        n,
+    )
+    compare(
+        "Panda pose and Jacobian",
+        {
+            "horosphere, forward_and_jacobian, out": lambda: forward_and_jacobian(robot, Q, (poses, Js)),
+            "pinocchio, both read out, looped": peer and (lambda: [peer.pose_and_jacobian(x) for x in some], len(some)),
+        },
+        n,
+    )
 
 
 if __name__ == "__main__":
+    wanted = sys.argv[1:] or ["single", "batch", "panda"]
     heading("clifford", "kingdon", "pygafro", "pin")
-    single_elements()
-    for size in (2_000, 1_000_000):
-        batches(size)
-    panda()
+    if "single" in wanted:
+        single_elements()
+    if "batch" in wanted:
+        batches(2_000)
+        batches(1_000_000)
+    if "panda" in wanted:
+        panda()

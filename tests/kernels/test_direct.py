@@ -171,6 +171,30 @@ def test_several_outputs(batch):
 
 
 @compiled_only
+def test_one_record_for_a_whole_batch():
+    from horosphere.kernels._direct import Direct
+
+    a, b = np.random.default_rng(5).normal(size=(2, 6, 8))
+    product(a[0], b)
+    address, used = product._compiled[True, False]
+    assert used.alone == (True, False)
+    expected = product.reference(a[0], b)
+    for one in (a[0], a[:1]):
+        np.testing.assert_allclose(used.call(one, b), expected, atol=1e-13)
+        np.testing.assert_allclose(used.call(one, b.reshape(2, 3, 8)), expected.reshape(2, 3, 8), atol=1e-13)
+    for one in (
+        a,
+        a[:2],
+        a[:1].reshape(1, 1, 8),
+        a[0, :7],
+    ):  # (1, 1) and (6,) broadcast to (1, 6): not this way's business
+        assert used.call(one, b) is None
+    every = Direct(used.inputs, used.outputs, (True, True))
+    every.connect(address)
+    assert every.call(a[0], b[0]) is None  # no batch to follow: never connected
+
+
+@compiled_only
 def test_references_balance():
     a, b, out = np.ones((3, 2, 8))
     value = Value(a)

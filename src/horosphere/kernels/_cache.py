@@ -136,7 +136,8 @@ def jit(function: Callable | None = None, **options) -> Any:
     def wrap(f: Callable):
         if config.DISABLE_JIT:
             return f
-        dispatcher = njit(**{**OPTIONS, **options})(f)
+        chosen: dict[str, Any] = {**OPTIONS, "no_cfunc_wrapper": True, **options}
+        dispatcher = njit(**chosen)(f)
         attach_cache(dispatcher, _content(f))
         return dispatcher
 

@@ -46,7 +46,7 @@ class Kernel:
         self._compiled: dict[tuple[bool, ...], tuple[int, Direct]] = {}  # by which inputs are single records
         self._none_single = (False,) * len(types)
         self._waiting: list[Direct] = []
-        self._plain = self.direct([np.ndarray] * len(types), [np.ndarray] * len(self.axes))
+        self._directs = [self.direct([np.ndarray] * len(types), [np.ndarray] * len(self.axes))]
 
     @cached_property
     def trace(self) -> Trace:
@@ -67,11 +67,12 @@ class Kernel:
 
         Several outputs are a tuple, and so is their `out`.
         """
-        if out is None:
-            result = self._plain.call(*arrays)
-        else:
-            result = self._plain.call(*arrays, out) if len(self.axes) == 1 else self._plain.call(*arrays, *out)
-        return self._general(arrays, out) if result is None else result
+        outs = () if out is None else (out,) if len(self.axes) == 1 else tuple(out)
+        for direct in self._directs:
+            result = direct.call(*arrays, *outs)
+            if result is not None:
+                return result
+        return self._general(arrays, out)
 
     def direct(self, inputs: Sequence[type], outputs: Sequence[type]) -> Direct:
         """The kernel on values of these types (numpy.ndarray, or one with a slot `array`), without a detour.
@@ -155,8 +156,9 @@ class Kernel:
             kinds = [(np.ndarray, axes) for axes in self._axes_in], [(np.ndarray, axes) for axes in self.axes]
             direct = Direct(*kinds, alone=single)
             direct.connect(address)
+            self._directs.append(direct)
         else:
-            direct = self._plain
+            direct = self._directs[0]
             for waiting in self._waiting:
                 waiting.connect(address)
             self._waiting.clear()

@@ -82,6 +82,8 @@ def interleave(builder, vectors, width):
     k = len(vectors)
     if k == 1:
         return vectors
+    if width == 8 and k > 2:
+        return interleave_by_units(builder, vectors)
     if k == width and k & (k - 1) == 0:
         return transpose(builder, vectors)
     if k % 2 == 0:
@@ -93,6 +95,36 @@ def interleave(builder, vectors, width):
         return result
     place = [[((j * width + r) % k, (j * width + r) // k) for r in range(width)] for j in range(k)]
     return [gather_lanes(builder, vectors, wanted) for wanted in place]
+
+
+def interleave_by_units(builder, vectors):
+    """`interleave` of K vectors of 8 lanes by 3 K shuffles that need no table of lanes.
+
+    Two records in a row are K units of two numbers. Unit j of all four pairs of records is one vector (a shuffle within
+    units); the numbers in memory order are then units (j, pair) with j running faster, of which first every two
+    neighbours and then every four are brought together.
+    """
+    k = len(vectors)
+    units = []
+    for j in range(k):
+        (r0, c0), (r1, c1) = divmod(2 * j, k), divmod(2 * j + 1, k)
+        lanes = [lane for pair in range(4) for lane in (2 * pair + r0, 8 + 2 * pair + r1)]
+        units.append(shuffle(builder, vectors[c0], vectors[c1], lanes))
+
+    def of_units(a, b, wanted):
+        return shuffle(builder, a, b, [2 * unit + side for unit in wanted for side in (0, 1)])
+
+    neighbours: dict[tuple[int, int], list[tuple[int, int, int]]] = {}  # of which vectors: (place, pair, pair)
+    for place in range(2 * k):
+        (p, i), (q, j) = divmod(2 * place, k), divmod(2 * place + 1, k)
+        neighbours.setdefault((i, j), []).append((place, p, q))
+    found = {}  # place -> a vector that holds the two units, and where
+    for (i, j), places in neighbours.items():
+        for (first, p, q), (second, s, t) in zip(places[0::2], places[1::2], strict=True):
+            both = of_units(units[i], units[j], (p, s, 4 + q, 4 + t))
+            found[first], found[second] = (both, 0), (both, 1)
+    quads = [(found[2 * m], found[2 * m + 1]) for m in range(k)]
+    return [of_units(a, b, (at, at + 2, 4 + to, 4 + to + 2)) for (a, at), (b, to) in quads]
 
 
 def load_group(builder, start, count, column, bits):
@@ -110,4 +142,4 @@ def load_group(builder, start, count, column, bits):
     rows = [shuffle(builder, row(i), row(i + 2), list(range(8))) for i in (0, 1, 4, 5)]
     low, high = [0, 8, 2, 10, 4, 12, 6, 14], [1, 9, 3, 11, 5, 13, 7, 15]
     pairs = [[shuffle(builder, rows[i], rows[i + 1], m) for i in (0, 2)] for m in (low, high)]
-    return [pick(builder, *pairs[c % 2], 2, c // 2) for c in range(4)]
+    return [pick(builder, pairs[c % 2][0], pairs[c % 2][1], 2, c // 2) for c in range(4)]

@@ -128,11 +128,12 @@ class _Code:
         return array
 
     def check_shape(self, entry, array, shape, axes) -> None:
-        """Answer None unless the array has the batch axes `shape[:axes]` (alone: any of length 1), then a record's."""
+        """Answer None unless the array has the batch axes `shape[:axes]` (alone: at most as many, of length 1), then a record's."""
         own, lengths = self.at(entry, AXES), self.read(array, ARRAY_SHAPE)
         leading = self.b.sub(self.read_half(array, ARRAY_AXES), own)
         alone = self.compare(self.at(entry, ALONE), "!=", 0)
-        self.need(self.b.or_(self.compare(leading, "==", axes), self.b.and_(alone, self.compare(leading, ">=", 0))))
+        fewer = self.b.and_(self.compare(leading, ">=", 0), self.compare(leading, "<=", axes))
+        self.need(self.b.or_(self.compare(leading, "==", axes), self.b.and_(alone, fewer)))
         with self.loop(leading) as k:
             length = self.at(lengths, k)
             expected = cgutils.alloca_once_value(self.b, self.number(1))
@@ -272,7 +273,7 @@ def _trampoline(typing_context, settings, items, count):
     return types.intp(settings, items, count), code
 
 
-@jit(no_cpython_wrapper=True)
+@jit(no_cpython_wrapper=True, no_cfunc_wrapper=False)
 def direct_call(settings, items, count):
     """METH_FASTCALL of a direct call: inputs, then for each output an array to write into or None (also if left out)."""
     return _trampoline(settings, items, count)  # type: ignore[call-arg]
