@@ -269,7 +269,11 @@ class HarmonicField:
         return certify_field(self)
 
     def plot(self, path: Path | Array | None = None, **options: Any) -> Any:
-        """The picture of a planar field, see `plot_field`; returns the matplotlib axes."""
+        """The picture of a field of the plane or of space, see `plot_field` and `plot_space`; returns the matplotlib axes."""
+        if self.dimension == 3:
+            from ._plot_space import plot_space
+
+            return plot_space(self, path, **options)
         from ._plot import plot_field
 
         return plot_field(self, path, **options)

@@ -29,6 +29,8 @@ def plan_point(scene: Scene, progress: Progress) -> Plan:
         except InputError as error:
             return Plan(scene, False, str(error))
         path = field.trace(scene.start.position, step=options.path_step)
+    if robot.unit == "rad":
+        progress.notes.append("a configuration space: what is given in mm are thousandths of a radian")
     progress.notes.extend((*field.notes, *path.notes))
     if not path.reached:
         return Plan(scene, False, path.reason, path=path.points)

@@ -122,6 +122,7 @@ class Point(Section):
     type: Literal["point"]
     dimension: Annotated[int, Field(ge=2)] | None = None
     radius: NotNegative = 0.0
+    unit: Literal["m", "rad"] = "m"
     max_speed: Positive = 1.0
     max_acceleration: Positive = 4.0
 
