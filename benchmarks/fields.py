@@ -3,7 +3,7 @@
 
 python benchmarks/fields.py speed
 python benchmarks/fields.py worlds [N [FAMILY]] N worlds a family (1000), every sampling period from 0.01 to 1 in turn
-python benchmarks/fields.py peers [N [FAMILY]]  N worlds a family (100) for ours, the plain-numpy references and, if installed, cbfpy
+python benchmarks/fields.py peers [N [FAMILIES [METHODS]]]  N worlds a family (100) for ours, plain-numpy references and, if installed, cbfpy
 python benchmarks/fields.py fabrics [N]         N worlds of discs (100) for the package fabrics, in its own environment (_fabrics_peer.py)
 python benchmarks/fields.py tracking [N]        N worlds (60), periods 1, 5, 20, 50 ms, |u| <= 4, disturbance 0.3
 """
@@ -159,18 +159,20 @@ def worlds(count, families=FAMILIES):
         )
 
 
-def peers(count, families=("discs", "balls", "flat-ellipses", "lobed-stars", "plates")):
+def peers(count, families="discs,balls,flat-ellipses,lobed-stars,plates", names=""):
     """Ours takes clipped steps of 0.03 m, the others explicit ones of 0.01 m; `count` worlds a family."""
     print("| family | method | reached | touched | path / straight | median clearance, m | us an evaluation |")
     print("|---|---|---|---|---|---|---|")
-    for family in families:
+    for family in families.split(","):
         methods = {"ours": None, "modulation": modulation, "cbf": cbf}
         if importlib.util.find_spec("cbfpy"):
             methods["cbfpy"] = cbfpy
         if family in ("discs", "balls"):
             methods |= {f"navigation k={k}": partial(navigation, k=float(k)) for k in (5, 30)}
-        for name, make in methods.items():
-            rows = []
+        for name in names.split(",") if names else methods:
+            if name not in methods:
+                continue
+            make, rows = methods[name], []
             for seed in range(count):
                 world = random_world(family, seed)
                 stars = as_stars(world)
@@ -296,5 +298,5 @@ if __name__ == "__main__":
     heading("scipy")
     what = sys.argv[1] if len(sys.argv) > 1 else "speed"
     count = [int(a) for a in sys.argv[2:3]]
-    {"speed": lambda: speed(), "worlds": lambda: worlds(*(count or [1000]), sys.argv[3:] or FAMILIES), "peers": lambda: peers(*(count or [100]), *([sys.argv[3:]] if sys.argv[3:] else [])),
+    {"speed": lambda: speed(), "worlds": lambda: worlds(*(count or [1000]), sys.argv[3:] or FAMILIES), "peers": lambda: peers(*(count or [100]), *sys.argv[3:5]),
      "tracking": lambda: tracking(*(count or [60]), sys.argv[3:]), "fabrics": lambda: fabrics(*(count or [100]))}[what]()  # fmt: skip
