@@ -3,16 +3,23 @@
 
 python benchmarks/fields.py speed
 python benchmarks/fields.py worlds [N [FAMILY]] N worlds a family (1000), every sampling period from 0.01 to 1 in turn
-python benchmarks/fields.py peers [N [FAMILY]]  N worlds a family (50) for ours, the plain-numpy references and, if installed, cbfpy
+python benchmarks/fields.py peers [N [FAMILIES [METHODS]]]  N worlds a family (100) for ours, plain-numpy references and, if installed, cbfpy
+python benchmarks/fields.py fabrics [N]         N worlds of discs (100) for the package fabrics, in its own environment (_fabrics_peer.py)
 python benchmarks/fields.py tracking [N]        N worlds (60), periods 1, 5, 20, 50 ms, |u| <= 4, disturbance 0.3
 """
 
 from __future__ import annotations
 
 import importlib.util
+import json
+import os
+import pathlib
+import subprocess
 import sys
+import tempfile
 import time
 from collections import Counter
+from functools import partial
 
 import numpy as np
 from _field_peers import cbf, cbfpy, modulation, navigation, simulate
@@ -152,17 +159,20 @@ def worlds(count, families=FAMILIES):
         )
 
 
-def peers(count, families=("discs", "balls", "flat-ellipses", "lobed-stars", "plates")):
+def peers(count, families="discs,balls,flat-ellipses,lobed-stars,plates", names=""):
+    """Ours takes clipped steps of 0.03 m, the others explicit ones of 0.01 m; `count` worlds a family."""
     print("| family | method | reached | touched | path / straight | median clearance, m | us an evaluation |")
     print("|---|---|---|---|---|---|---|")
-    for family in families:
+    for family in families.split(","):
         methods = {"ours": None, "modulation": modulation, "cbf": cbf}
         if importlib.util.find_spec("cbfpy"):
             methods["cbfpy"] = cbfpy
         if family in ("discs", "balls"):
-            methods["navigation"] = navigation
-        for name, make in methods.items():
-            reached, touched, ratios, clear, evaluations, spent = 0, 0, [], [], 0, 0.0
+            methods |= {f"navigation k={k}": partial(navigation, k=float(k)) for k in (5, 30)}
+        for name in names.split(",") if names else methods:
+            if name not in methods:
+                continue
+            make, rows = methods[name], []
             for seed in range(count):
                 world = random_world(family, seed)
                 stars = as_stars(world)
@@ -171,27 +181,56 @@ def peers(count, families=("discs", "balls", "flat-ellipses", "lobed-stars", "pl
                     field = HarmonicField(world.goal, world.obstacles)
                     path = field.trace(world.start, step=0.03)
                     least = min(float(star.distance(path.points).min()) for star in stars)
-                    ok, hit, length = path.reached, least < 0.0, path.length
                     t = time.perf_counter()
-                    field(path.points)
-                    spent, evaluations = spent + time.perf_counter() - t, evaluations + len(path.points)
+                    for x in path.points[:50]:
+                        field(x)
+                    rows.append(
+                        (
+                            path.reached,
+                            least < 0.0,
+                            path.length / straight,
+                            least,
+                            (time.perf_counter() - t) / min(50, len(path.points)),
+                        )
+                    )
                 else:
                     f = make(world.goal, stars)
-                    ok, hit, length, least, used = simulate(
+                    ok, hit, length, least, spent = simulate(
                         f, world.start, world.goal, stars, unit=not name.startswith("cbf")
                     )
-                    t = time.perf_counter()
-                    for _ in range(20):
-                        f(world.start)
-                    spent, evaluations = spent + time.perf_counter() - t, evaluations + 20
-                reached, touched = reached + (ok and not hit), touched + hit
-                if ok and not hit:
-                    ratios.append(length / straight)
-                    clear.append(least)
+                    rows.append((ok, hit, length / straight, least, spent))
+            table = np.array(rows, float)
+            good = table[(table[:, 0] > 0) & (table[:, 1] == 0)]
+            ratio, clear = (good[:, 2].mean(), np.median(good[:, 3])) if len(good) else (np.nan, np.nan)
             print(
-                f"| {family} | {name} | {reached}/{count} | {touched} | {np.mean(ratios or [np.nan]):.3f} | {np.median(clear or [np.nan]):.2g} | {spent / evaluations * 1e6:.1f} |",
+                f"| {family} | {name} | {len(good)}/{count} | {int(table[:, 1].sum())} | {ratio:.3f} | {clear:.2g} | {np.median(table[:, 4]) * 1e6:.0f} |",
                 flush=True,
             )
+
+
+def fabrics(count):
+    """The package `fabrics` on the discs, in the environment that FABRICS_PYTHON names (see _fabrics_peer.py)."""
+    with tempfile.TemporaryDirectory() as folder:
+        worlds = [random_world("discs", seed) for seed in range(count)]
+        np.savez(
+            f"{folder}/worlds.npz",
+            start=[w.start for w in worlds],
+            goal=[w.goal for w in worlds],
+            centers=[w.obstacles[0] for w in worlds],
+            radii=[w.obstacles[1] for w in worlds],
+        )
+        script = pathlib.Path(__file__).with_name("_fabrics_peer.py")
+        out = subprocess.run(
+            [os.environ["FABRICS_PYTHON"], script, f"{folder}/worlds.npz"], check=True, capture_output=True, text=True
+        )
+    rows = [json.loads(line) for line in out.stdout.splitlines() if line.startswith("{")]
+    runs = rows[1:]
+    good = [r for r in runs if r["reached"] and r["clearance"] >= 0.0]
+    print(
+        f"fabrics, {count} discs worlds: reached {len(good)}, touched {sum(r['clearance'] < 0.0 for r in runs)}, path / straight "
+        f"{np.mean([r['ratio'] for r in good]):.3f}, median clearance {np.median([r['clearance'] for r in good]):.2g} m, "
+        f"{np.median([r['us'] for r in runs]):.0f} us an evaluation, built in {rows[0]['build']:.2f} s"
+    )
 
 
 def tracking(count, laws=()):
@@ -259,5 +298,5 @@ if __name__ == "__main__":
     heading("scipy")
     what = sys.argv[1] if len(sys.argv) > 1 else "speed"
     count = [int(a) for a in sys.argv[2:3]]
-    {"speed": lambda: speed(), "worlds": lambda: worlds(*(count or [1000]), sys.argv[3:] or FAMILIES), "peers": lambda: peers(*(count or [50]), *([sys.argv[3:]] if sys.argv[3:] else [])),
-     "tracking": lambda: tracking(*(count or [60]), sys.argv[3:])}[what]()  # fmt: skip
+    {"speed": lambda: speed(), "worlds": lambda: worlds(*(count or [1000]), sys.argv[3:] or FAMILIES), "peers": lambda: peers(*(count or [100]), *sys.argv[3:5]),
+     "tracking": lambda: tracking(*(count or [60]), sys.argv[3:]), "fabrics": lambda: fabrics(*(count or [100]))}[what]()  # fmt: skip

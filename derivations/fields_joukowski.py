@@ -24,3 +24,20 @@ if __name__ == "__main__":
     short = 0.3 - (support(2.3, 0.8) - support(2.0, 0.5)).min()
     print(f"ellipse 2 x 0.5 with 0.3 added to both semi-axes: {short:.3f} m of the margin are missing")
     assert abs(short - 0.047) < 1e-3
+    # VII (c), the aerofoil: the circle about mu through the trailing edge P = k; which of the two P of a point is the outer one?
+    k, mu = 1.0, -0.12 + 0.12j
+    radius = abs(k - mu)
+    P = mu + radius * (1.0 + rng.exponential(0.3, 200_000)) * np.exp(2j * np.pi * rng.uniform(size=200_000))
+    q = P + k * k / P
+    root = np.sqrt(0.25 * q * q - k * k)
+    both = np.stack([0.5 * q + root, 0.5 * q - root])
+    by_size = np.take_along_axis(both, np.abs(both).argmax(0)[None], 0)[0]
+    by_distance = np.take_along_axis(both, np.abs(both - mu).argmax(0)[None], 0)[0]
+    wrong = (np.abs(by_size - P) > 1e-6).mean()
+    print(f"aerofoil: the larger |P| is the wrong root for {wrong:.2%} of points outside, the larger |P - mu| for none")
+    assert wrong > 0.001 and np.abs(by_distance - P).max() < 1e-6
+    slopes = [abs(1.0 - (k / (mu + m * (k - mu))) ** 2) for m in (1.0, 1.01, 1.05)]
+    print(
+        f"at the trailing edge |dq/dP| = {slopes[0]:.0e}; on circles 1 % and 5 % larger {slopes[1]:.3f} and {slopes[2]:.3f}"
+    )
+    assert slopes[0] < 1e-12 and slopes[2] > 0.05

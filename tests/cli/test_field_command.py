@@ -1,4 +1,4 @@
-"""`horosphere field` draws a field of the plane."""
+"""`horosphere field` draws a field of the plane or of space."""
 
 import json
 
@@ -18,6 +18,13 @@ def test_picture(run, tmp_path, ending):
 
         pixels = np.asarray(Image.open(file).convert("RGB")).reshape(-1, 3)
         assert len(np.unique(pixels, axis=0)) > 50  # not blank
+
+
+@pytest.mark.parametrize("name", ["rn-fig4-three-obstacles", "rn-fig6-revolute-arm", "field-humanoid-fig6b"])
+def test_other_scenes_of_the_papers(run, tmp_path, name):
+    result = run("field", name, "--out", tmp_path / "field.png", "--json")
+    assert result.code == 0, result.err
+    assert json.loads(result.out)["reached"] is True and (tmp_path / "field.png").stat().st_size > 20_000
 
 
 @pytest.mark.parametrize(

@@ -45,6 +45,28 @@ def test_what_is_in_the_picture(axes, obstacles):
     assert axes.get_xlim() == (-4.0, 6.0)
 
 
-def test_only_the_plane_is_drawn():
-    with pytest.raises(InputError, match=r"R\^3"):
-        HarmonicField([0, 0, 0]).plot()
+def test_a_field_of_space_shows_which_zones_count():
+    import matplotlib
+
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+
+    centers, radii = np.array([[2.2, 0, 0], [0, 1.5, 0], [0, 0, 1.5], [0, -9, 0]]), np.full(4, 0.9)
+    field = HarmonicField([-1.6, -0.8, -0.3], (centers, radii), boundary=0.2)
+    path = field.trace([4.6, 2.2, 1.0])
+    ax = field.plot(path, lines=5, unit="rad")
+    motion = next(line for line in ax.lines if line.get_label() == "motion")
+    np.testing.assert_allclose(np.stack(motion.get_data_3d(), axis=-1), path.points)
+    assert "rad" in ax.get_zlabel()
+    upper, lower = (other for other in ax.figure.axes if other is not ax)
+    named = {line.get_label(): line for line in upper.lines if not line.get_label().startswith("_")}
+    assert set(named) == {"obstacle 0", "obstacle 1", "obstacle 2"}  # the far one never counts
+    np.testing.assert_allclose(named["obstacle 0"].get_ydata(), np.linalg.norm(path.points - centers[0], axis=1) - 0.9)
+    shown = np.isfinite(lower.lines[1].get_ydata())
+    np.testing.assert_array_equal(shown, field.weights(path.points)[:, 1] > 0.0)
+    plt.close(ax.figure)
+
+
+def test_only_the_plane_and_space_are_drawn():
+    with pytest.raises(InputError, match=r"R\^4"):
+        HarmonicField([0, 0, 0, 0]).plot()

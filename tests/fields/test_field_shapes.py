@@ -121,3 +121,25 @@ def test_step_is_bounded_and_safe_beside_stars():
 def test_bad_input(obstacles, goal, words):
     with pytest.raises(InputError, match=words):
         HarmonicField(goal, obstacles())
+
+
+def test_an_ellipse_alone_in_the_plane_is_mapped_conformally():
+    """As [Humanoid] Fig. 6 (a), (b) say; with a neighbour it is a star among stars."""
+    from horosphere.scenes import EllipsoidND
+
+    turn = np.array([[np.cos(0.7), -np.sin(0.7)], [np.sin(0.7), np.cos(0.7)]])
+    shape = EllipsoidND(np.zeros(2), np.array([2.0, 0.5]), turn, name="wing")
+    alone = HarmonicField([-3.0, 0.6], [shape], margin=0.1)
+    joukowski = HarmonicField([-3.0, 0.6], [maps.Joukowski.ellipse(2.0, 0.5, angle=0.7)], margin=0.1)
+    x = np.random.default_rng(0).uniform(-4, 4, (200, 2))
+    free = np.asarray(alone.clearance(x)) > 0.0
+    assert not alone.stars and alone.names == ("wing",)
+    np.testing.assert_allclose(alone(x[free]), joukowski(x[free]), atol=1e-12)
+    # the zone holds the ellipse and the margin around it
+    angle = np.linspace(0, 2 * np.pi, 500)
+    edge = np.stack([2.0 * np.cos(angle), 0.5 * np.sin(angle)], axis=-1)
+    normal = np.stack([np.cos(angle) / 2.0, np.sin(angle) / 0.5], axis=-1)
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    assert alone.clearance((edge + 0.1 * normal) @ turn.T).max() <= 1e-4
+    two = HarmonicField([-3.0, 0.6], [shape, maps.ellipsoid([4, 4], [0.5, 0.2])], margin=0.1)
+    assert len(two.stars) == 2 and two.trace([4.0, -0.2]).reached

@@ -40,7 +40,12 @@ def test_the_good_one_is_good(tmp_path):
         ("radius: 0.1", "radius: '0.1'", "2:30", "expected a number, got '0.1'"),
         ("radius: 0.1", "raduis: 0.1", "2:22", "unknown field 'raduis'; valid: .*did you mean 'radius'"),
         ("radius: 0.1", "radius: 0.1, radius: 0.2", "2:35", "the field 'radius' stands here twice"),
-        ("type: point", "type: pont", "2:15", "unknown robot type 'pont'; valid: point, snake, unicycle .*'point'"),
+        (
+            "type: point",
+            "type: pont",
+            "2:15",
+            "unknown robot type 'pont'; valid: ball, point, snake, unicycle .*'point'",
+        ),
         ("{type: point, radius: 0.1}", "pandda", "2:8", "unknown robot 'pandda'; valid: .*humanoid-arm"),
         ("{type: point, radius: 0.1}", "{}", "2:8", "expected one of the fields name, urdf, file, mechanism, type"),
         (

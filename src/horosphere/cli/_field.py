@@ -20,7 +20,8 @@ def field(
     motion: Annotated[bool, Parameter(negative="--no-motion")] = True,
     json: bool = False,
 ) -> int:
-    """Draws the field of a scene of the plane: equipotentials, gradient lines, security zones, unstable points, the motion.
+    """Draws the field of a scene: security zones, gradient lines, unstable points, the motion; in the plane equipotentials,
+    in space the distances to the zones and which of them count.
 
     Example: `horosphere field rn-fig1-basic`
 
@@ -41,11 +42,12 @@ def field(
 
     problem = Scene.load(scene)
     robot, start = problem.robot, getattr(problem.start, "position", None)
-    if not isinstance(robot, (PointRobot, UnicycleRobot)) or start is None or problem.dimension != 2:
+    if not isinstance(robot, (PointRobot, UnicycleRobot)) or start is None or problem.dimension > 3:
         raise InputError(
-            f"the picture of a field shows a point or a unicycle in the plane, not {robot.name!r} in R^{problem.dimension}",
+            "the picture of a field shows a point or a unicycle in the plane or in space, "
+            f"not {robot.name!r} in R^{problem.dimension}",
             place=scene,
-            remedy="`horosphere plan` writes a report with the motion in space",
+            remedy="`horosphere plan` writes a report of its motion",
         )
     file = out_file if out_file is not None else Path("out") / problem.name / "field.png"
     if file.suffix.lower() not in PICTURES:
@@ -57,7 +59,7 @@ def field(
         out.announce_compiling(progress)
         drawn = harmonic_field(problem, robot.radius + problem.options.clearance)
         path: Any = drawn.trace(start, step=problem.options.path_step) if motion else None
-        _write(drawn, path, problem.name, file)
+        _write(drawn, path, problem.name, file, getattr(robot, "unit", "m"))
     data = {"scene": problem.name, "written": str(file), "reached": getattr(path, "reached", None)}
     data |= {"reason": getattr(path, "reason", None), "length": getattr(path, "length", None)}
     if json:
@@ -68,12 +70,12 @@ def field(
     return out.DONE if path is None or path.reached else out.FAILED
 
 
-def _write(drawn: Any, path: Any, title: str, file: Path) -> None:
+def _write(drawn: Any, path: Any, title: str, file: Path, unit: str) -> None:
     import matplotlib
 
     from ..io import writing
 
     matplotlib.use("Agg")
-    axes = drawn.plot(path, title=title)
+    axes = drawn.plot(path, title=title, unit=unit)
     with writing(file, "wb") as stream:
         axes.figure.savefig(stream, format=file.suffix[1:].lower(), dpi=150)

@@ -16,7 +16,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class PointMass:
-    """A ball of `radius` metres with the dynamics of a point: x'' = u + w, |u| <= `max_acceleration` ([Rn] section 4)."""
+    """The ball robot of [Rn] section 4: `radius` metres, the dynamics of a point x'' = u + w, |u| <= `max_acceleration`."""
 
     radius: float = 0.0
     max_acceleration: float = 4.0
@@ -24,7 +24,8 @@ class PointMass:
     def __post_init__(self) -> None:
         if self.radius < 0.0 or not self.max_acceleration > 0.0:
             raise InputError(
-                f"expected radius >= 0 and max_acceleration > 0, got {self.radius:g}, {self.max_acceleration:g}"
+                f"expected radius >= 0 and max_acceleration > 0, got {self.radius:g}, {self.max_acceleration:g}",
+                place="PointMass",
             )
 
 

@@ -47,6 +47,10 @@ def lay_out(goal: Array, obstacles: Any, margin: float, workspace: Any) -> Layou
             place="goal",
             remedy="move the goal or the wall",
         )
+    if zones.ellipse is not None and len(zones.bodies) == 1 and not zones.conformal and not len(walls):
+        zones.conformal.append(zones.ellipse)
+        zones.bodies.clear()
+        zones.notes.clear()
     if zones.conformal and (len(zones.conformal) > 1 or zones.bodies or len(walls)):
         for shape in zones.conformal:
             zones.bodies.append(shape.as_star(margin))
@@ -58,7 +62,7 @@ def lay_out(goal: Array, obstacles: Any, margin: float, workspace: Any) -> Layou
         shape = zones.conformal[0].grown(margin)
         center, radius = shape.circle
         if not np.linalg.norm(shape.to_circle(goal) - center) > radius:
-            raise _goal_inside(shape.name or "obstacle 0", float(-shape.distance(goal[None])[0]))
+            raise _goal_inside(shape.name or "obstacle 0", float(-shape.distance(goal[None], shape.margin)[0]))
         name = shape.name or "obstacle 0"
         return Layout(center[None], np.array([radius]), walls, (name,), Conformal(shape), (), tuple(zones.notes))
     for body in zones.bodies:

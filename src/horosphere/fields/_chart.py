@@ -76,4 +76,4 @@ class Conformal:
         return self.shape.pull_gradient(x, g)
 
     def distance(self, x: Array) -> Array:
-        return self.shape.distance(x)
+        return self.shape.distance(x, self.shape.margin)

@@ -23,13 +23,14 @@ _ALIASES = {"planar": "planar-log", "W1": "simplex", "W2": "smooth"}
 class HarmonicField:
     """Directions that lead from anywhere outside the obstacles to the goal, in R^n.
 
-    `goal` (n,) metres. `obstacles`: balls as (centers (m, n), radii (m,)), or a list of entities, shapes, stars and Joukowski maps;
-    all are grown by `margin`; touching ones are merged into one star. `boundary`: width in metres of the layer in which nearby
-    zones share the motion; `blend`: how they do: "smooth" (twice continuously differentiable, any width), "simplex" (width at most
-    the least gap), "nearest" (abrupt), "sum" (all charges act, sparse worlds only), "printed", "printed-potential" ([Rn] (8), (9) as
-    printed). `rule`, `exponent`: the charges, see `safe_charge`; "planar-log", exponent 2 or one p_i <= 1 + D_i / R_i an obstacle,
-    has the guarantees; the others default to the exponent n. `workspace`: (lower, upper) corners of a box, or a ball with `center`
-    and `radius`, not to be left. Beyond `sensor_range` metres of every zone the motion is straight.
+    `goal` (n,) metres (here and for `x`: coordinates or, in R^3, a conformal `Point`). `obstacles`: balls as (centers (m, n), radii
+    (m,)), or a list of entities, shapes, stars and Joukowski maps; all are grown by `margin`; touching ones are merged into one star.
+    `boundary`: width in metres of the layer in which nearby zones share the motion; `blend`: how they do: "smooth" (twice continuously
+    differentiable, any width), "simplex" (width at most the least gap), "nearest" (abrupt), "sum" (all charges act, sparse worlds
+    only), "printed", "printed-potential" ([Rn] (8), (9) as printed). `rule`, `exponent`: the charges, see `safe_charge`; "planar-log",
+    exponent 2 or one p_i <= 1 + D_i / R_i an obstacle, has the guarantees; the others default to the exponent n. `workspace`: (lower,
+    upper) corners of a box, or a ball with `center` and `radius`, not to be left. Beyond `sensor_range` metres of every zone the
+    motion is straight.
     Raises InputError for a goal in a zone and for shapes, numbers and names that cannot be used; `notes` says what was enclosed,
     merged or only sampled. Source: [Rn] sections 2-3, [Humanoid] VI-VII, corrected in docs/errata.md; proofs in docs/fields.md.
     """
@@ -47,7 +48,7 @@ class HarmonicField:
         sensor_range: float | None = None,
         margin: float = 0.0,
     ) -> None:
-        self.goal = float_array(goal, "goal", ndim=1).copy()
+        self.goal = float_array(_coordinates(goal), "goal", ndim=1).copy()
         if len(self.goal) < 2:
             raise InputError(f"expected a goal in R^n with n >= 2, got {len(self.goal)} coordinate", place="goal")
         rule = _ALIASES.get(rule, rule)
@@ -222,7 +223,7 @@ class HarmonicField:
         "rk4" and "dop853" integrate, without promises. Default `step`: 1/200 of the way; `tolerance`: 1e-6; the last point is the
         goal. Never raises for what happens on the way: see `Path.reason`.
         """
-        start = float_array(x0, "x0", last=self.dimension, ndim=1).copy()
+        start = float_array(_coordinates(x0), "x0", last=self.dimension, ndim=1).copy()
         away = float(np.linalg.norm(start - self.goal))
         step = max(away, 1e-9) / 200.0 if step is None else number(step, "step", above=0.0)
         tolerance = 1e-6 if tolerance is None else number(tolerance, "tolerance", above=0.0)
@@ -239,7 +240,7 @@ class HarmonicField:
 
     def step(self, x: ArrayLike, step: float, *, keep: float = 0.5) -> Array:
         """Where to be one sampling period later: the clipped step of at most `step` = speed x period metres from `x` (n,)."""
-        start = float_array(x, "x", last=self.dimension, ndim=1).copy()
+        start = float_array(_coordinates(x), "x", last=self.dimension, ndim=1).copy()
         step, keep = number(step, "step", above=0.0), number(keep, "keep", above=0.0, most=1.0)
         z = self.chart.to_balls(start[None])[0]
         length = step
@@ -269,13 +270,17 @@ class HarmonicField:
         return certify_field(self)
 
     def plot(self, path: Path | Array | None = None, **options: Any) -> Any:
-        """The picture of a planar field, see `plot_field`; returns the matplotlib axes."""
+        """The picture of a field of the plane or of space, see `plot_field` and `plot_space`; returns the matplotlib axes."""
+        if self.dimension == 3:
+            from ._plot_space import plot_space
+
+            return plot_space(self, path, **options)
         from ._plot import plot_field
 
         return plot_field(self, path, **options)
 
     def _points(self, x: ArrayLike) -> tuple[Array, tuple[int, ...]]:
-        array = float_array(x, "x", last=self.dimension)
+        array = float_array(_coordinates(x), "x", last=self.dimension)
         points = array.reshape(-1, self.dimension)
         return (points if points.flags.writeable else points.copy()), array.shape
 
@@ -286,6 +291,11 @@ class HarmonicField:
         if strict:
             raise InputError("a field whose zones have different exponents has no potential", place="exponent")
         return 2.0
+
+
+def _coordinates(value: Any) -> Any:
+    """Of a conformal point its Euclidean coordinates, anything else as it is."""
+    return value.as_euclidean() if hasattr(value, "as_euclidean") else value
 
 
 def number(value: Any, name: str, *, above: float = -np.inf, least: float = -np.inf, most: float = np.inf) -> float:

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from ..errors import InputError
 from ..maps import RoundHull, Star, ball_seen_from, common_point, convex_hull, union
+from ..maps._directions import directions
 from ._shells import touching
 
 Array = NDArray[np.float64]
@@ -34,11 +35,13 @@ def merge(bodies: list[Star | tuple[Array, float, str]], goal: Array) -> tuple[l
         for k in cluster:
             parts += made.pop(id(bodies[k]))[1] if id(bodies[k]) in made else [as_star(bodies[k])]
         merged = _merged(parts, goal, " + ".join(part.name for part in parts))
+        object.__setattr__(merged, "slack", max(part.slack for part in parts) + excess(merged, parts))
         made[id(merged)] = (merged, parts)
         chosen = set(cluster)
         bodies = [body for k, body in enumerate(bodies) if k not in chosen] + [merged]
     return bodies, [
-        f"merged {star.name} into one star-shaped zone, at most {star.slack:.3g} m larger" for star, _ in made.values()
+        f"merged {star.name} into one star-shaped zone that reaches up to {star.slack:.3g} m beyond them"
+        for star, _ in made.values()
     ]
 
 
@@ -128,20 +131,14 @@ def _tree(parts: list[Star], names: str):
                 tip, near = np.zeros_like(tip), radius
             arms.append(RoundHull(np.array(c), tip, near, radius))
         stars.append(union(arms, np.array(c), name=names))
-    # the slack of a tree is what its cones add; order by it
-    for k in np.argsort([_reach(star, centers, radii) for star in stars]):
-        star = stars[int(k)]
-        object.__setattr__(star, "slack", _reach(star, centers, radii))
-        yield star
+    yield from sorted(stars, key=lambda star: excess(star, parts))
 
 
-def _reach(star: Star, centers: Array, radii: Array) -> float:
-    """How far the star's boundary is at most from the balls, on sampled directions."""
-    from ..maps._directions import directions
-
+def excess(star: Star, parts: list[Star]) -> float:
+    """How far the star's boundary is from the nearest part at most, along that part's rays and on sampled directions, metres."""
     u = directions(star.dimension)
     x = star.center + star.radial(u)[0][:, None] * u
-    return float((np.linalg.norm(x[:, None] - centers, axis=-1) - radii).min(axis=1).max())
+    return max(0.0, float(np.min([part.level(x) for part in parts], axis=0).max()))
 
 
 def _hull(parts: list[Star], names: str):
@@ -149,8 +146,6 @@ def _hull(parts: list[Star], names: str):
     n = parts[0].dimension
     if n > 3:
         raise InputError(f"not done for shapes in R^{n}")
-    from ..maps._directions import directions
-
     w = directions(n, 64 if n == 2 else 200)
     support = np.max([part.support(w) + w @ part.center for part in parts], axis=0)
     from scipy.spatial import HalfspaceIntersection

@@ -33,6 +33,9 @@ class Zones:
     walls: list[Array] = field(default_factory=list)
     wall_names: list[str] = field(default_factory=list)
     conformal: list[Joukowski] = field(default_factory=list)
+    ellipse: Joukowski | None = (
+        None  # the conformal map of the last ellipse of the plane, used if nothing else is there
+    )
     notes: list[str] = field(default_factory=list)
 
     def add_ball(self, center: Any, radius: Any, name: str) -> None:
@@ -179,6 +182,8 @@ def _planar_star(zones: Zones, item: Any, name: str) -> None:
 
 def _ellipsoid(zones: Zones, item: Any, name: str) -> None:
     zones.add_star(ellipsoid(item.center, item.semi_axes, item.rotation), name)
+    if zones.dimension == 2:
+        zones.ellipse = Joukowski.ellipse(item.semi_axes[0], item.semi_axes[1], item.center, item.angle, name=name)
 
 
 def _capsule(zones: Zones, item: Any, name: str) -> None:

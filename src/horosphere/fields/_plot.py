@@ -27,19 +27,20 @@ def plot_field(
     resolution: int = 240,
     lines: int = 48,
     title: str | None = None,
+    unit: str = "m",
 ) -> Any:
     """Draw a field of the plane on matplotlib axes `ax` (new ones by default) and return them.
 
     `path`: a `Path`, points (k, 2), or a list of them; `extent` = (left, right, bottom, top) metres, by default what is there and a
-    fifth more; `resolution` samples a side; `lines` how many
-    gradient lines are drawn, from points spread evenly over the frame. Zones carry their margin.
+    fifth more; `resolution` samples a side; `lines` how many gradient lines are drawn, from points spread evenly over the frame.
+    Zones carry their margin.
     Raises InputError for a field that is not planar.
     """
     if field.dimension != 2:
         raise InputError(
             f"a picture shows a field of the plane, this one lies in R^{field.dimension}",
             place="plot",
-            remedy="draw a section with your own plane, or open the report of `horosphere plan`",
+            remedy="draw a section with your own plane, or its distances by `plot_distances`",
         )
     import matplotlib.pyplot as plt
 
@@ -48,8 +49,11 @@ def plot_field(
     outlines = zone_outlines(field)
     left, right, bottom, top = extent or _extent(field, outlines, tracks)
     if ax is None:
-        height = 6.0 * (top - bottom) / (right - left)
-        _, ax = plt.subplots(figsize=(7.2, min(max(height, 3.5), 9.0)), layout="constrained")
+        # the frame fills the width of the page, below it stands the legend
+        width = 7.2 if top - bottom < 1.2 * (right - left) else 5.4
+        _, ax = plt.subplots(
+            figsize=(width, 0.92 * width * (top - bottom) / (right - left) + 1.3), layout="constrained"
+        )
     x, y = np.meshgrid(np.linspace(left, right, resolution), np.linspace(bottom, top, resolution))
     points = np.stack([x, y], axis=-1)
     inside = _in_zones(field, points.reshape(-1, 2)).reshape(x.shape)
@@ -61,8 +65,9 @@ def plot_field(
         ax.contourf(x, y, height_map, levels, cmap="Blues", extend="both", alpha=0.75)
         ax.contour(x, y, height_map, levels, colors="white", linewidths=0.7, linestyles="solid")
     _draw_lines(field, ax, (left, right, bottom, top), lines)
-    for outline in outlines:
-        ax.fill(*outline.T, facecolor=ZONE, edgecolor=INK, linewidth=1.2, zorder=3)
+    for k, outline in enumerate(outlines):
+        name = "security zone" if k == 0 else None
+        ax.fill(*outline.T, facecolor=ZONE, edgecolor=INK, linewidth=1.2, zorder=3, label=name)
     _draw_walls(field, ax, left, right, bottom, top)
     saddles = field.unstable_points()
     if len(saddles):
@@ -79,11 +84,37 @@ def plot_field(
             label="start" if k == 0 else None,
         )
     ax.plot(*field.goal, "*", color=GOAL, markeredgecolor="white", markersize=16, zorder=8, label="goal")
-    ax.set(xlim=(left, right), ylim=(bottom, top), aspect="equal", xlabel="x [m]", ylabel="y [m]")
+    ax.set(xlim=(left, right), ylim=(bottom, top), aspect="equal", xlabel=f"x [{unit}]", ylabel=f"y [{unit}]")
     if title:
         ax.set_title(title)
-    ax.legend(loc="lower right", ncols=2, fontsize=8, framealpha=0.9, borderpad=0.5).set_zorder(9)
+    _add_legend(ax)
     return ax
+
+
+def _add_legend(ax: Any) -> None:
+    """Below the frame, where it covers nothing; the white lines on a patch of the background."""
+    from matplotlib.legend_handler import HandlerTuple
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
+    from matplotlib.transforms import ScaledTranslation
+
+    handles, names = ax.get_legend_handles_labels()
+    drawn = dict(zip(names, handles))
+    if ax.collections:
+        drawn["equipotential"] = (Patch(facecolor="#6aa5d0"), Line2D([], [], color="white", linewidth=1.2))
+    order = ("motion", "start", "goal", "unstable point", "gradient line", "equipotential", "security zone")
+    shown = [name for name in order if name in drawn]
+    ax.legend(
+        [drawn[name] for name in shown],
+        shown,
+        handler_map={tuple: HandlerTuple(ndivide=1, pad=0.0)},
+        loc="upper center",
+        bbox_to_anchor=(0.5, 0.0),
+        bbox_transform=ax.transAxes + ScaledTranslation(0.0, -34.0 / 72.0, ax.figure.dpi_scale_trans),
+        ncols=4,
+        fontsize=8,
+        frameon=False,
+    )
 
 
 def _draw_lines(field: HarmonicField, ax: Any, extent: tuple[float, float, float, float], count: int) -> None:
@@ -92,11 +123,13 @@ def _draw_lines(field: HarmonicField, ax: Any, extent: tuple[float, float, float
     corners = np.array([[left, bottom], [right, bottom], [right, top], [left, top], [left, bottom]])
     at = (np.arange(count) + 0.5) * 2.0 * (width + height) / max(count, 1)
     ends = np.cumsum([0.0, width, height, width, height])
+    name: str | None = "gradient line"
     for seed in np.stack([np.interp(at, ends, corners[:, k]) for k in (0, 1)], axis=-1):
         if field.obstructed(seed):
             continue
         line = field.trace(seed, step=max(width, height) / 150.0, max_steps=3000).points
-        ax.plot(*line.T, color=INK, linewidth=0.6, zorder=2)
+        ax.plot(*line.T, color=INK, linewidth=0.6, zorder=2, label=name)
+        name = None
         walked = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
         for share in (0.25, 0.6):
             k = int(np.searchsorted(walked, share * walked[-1]))

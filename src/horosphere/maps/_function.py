@@ -42,6 +42,9 @@ class FunctionStar(Star):
         found = float(np.linalg.norm(self.radial(u)[1], axis=-1).max())
         if not np.isfinite(found):
             raise InputError("the slope of the radial function is not finite", place="slope")
+        if found > 1e3 * r.max():
+            k = int(np.linalg.norm(self.radial(u)[1], axis=-1).argmax())
+            raise InputError(f"the radial function jumps near direction {u[k].round(4)}", place="function")
         if self.steepest is not None and not found <= self.steepest * (1.0 + 1e-6) + 1e-6 * r.max():
             raise InputError(
                 f"the radial function is steeper than stated: {found:.3g} m in one direction", place="steepest"

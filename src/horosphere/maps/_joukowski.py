@@ -85,24 +85,24 @@ class Joukowski:
         """dq/dp as a complex number (real, imaginary) (..., 2) at circle-plane points p; 0 at the images of foci and edges."""
         return _pairs(self._derivative(_complex(p, "p")))
 
-    def contains(self, q: ArrayLike) -> NDArray[np.bool_]:
-        """True (...) for points q (..., 2) inside the shape or on it."""
-        return np.abs(self._to_circle(_complex(q, "q")) - self.mu) <= self.radius * (1.0 + 1e-14)
+    def contains(self, q: ArrayLike, margin: float = 1.0) -> NDArray[np.bool_]:
+        """True (...) for points q (..., 2) inside the shape or on it; with `margin` for what is kept out of."""
+        return np.abs(self._to_circle(_complex(q, "q")) - self.mu) <= margin * self.radius * (1.0 + 1e-14)
 
     def boundary(self, count: int = 400, margin: float = 1.0) -> Array:
         """Points (count, 2) of the shape's outline; with `margin` the outline that is kept out of."""
         P = self.mu + margin * self.radius * np.exp(2j * np.pi * np.arange(count) / count)
         return _pairs(self.q0 + np.exp(1j * self.angle) * (P + self.k_squared / P))
 
-    def distance(self, x: ArrayLike) -> Array:
+    def distance(self, x: ArrayLike, margin: float = 1.0) -> Array:
         """Distance (...) of points (..., 2) to the outline (a polygon of 1,000 corners), metres; negative inside."""
         q = _complex(x, "x")
-        a = _complex(self.boundary(1000), "outline")
+        a = _complex(self.boundary(1000, margin), "outline")
         edge = np.roll(a, -1) - a
         flat = q.reshape(-1, 1)
         t = np.clip(((flat - a) * np.conj(edge)).real / np.abs(edge) ** 2, 0.0, 1.0)
         near = np.abs(flat - a - t * edge).min(axis=1).reshape(q.shape)
-        return np.where(self.contains(_pairs(q)), -near, near)
+        return np.where(self.contains(_pairs(q), margin), -near, near)
 
     def grown(self, margin: float) -> Joukowski:
         """The same map with the circle scaled so far that its outline keeps `margin` metres from this shape's own."""
@@ -121,12 +121,12 @@ class Joukowski:
 
     def as_star(self, margin: float = 0.0) -> Star:
         """What is kept out of, as a star-shaped body for the shell map. Raises InputError where it is no star."""
-        shape = self.grown(margin)
-        if self.mu == 0.0 and shape.margin == 1.0:
+        if self.mu == 0.0 and self.margin == 1.0:
             focal = self.k_squared.real / self.radius
             half = np.array([self.radius + focal, self.radius - focal])
             c, s = np.cos(self.angle), np.sin(self.angle)
-            return ellipsoid(_pairs(self.q0), half, [[c, -s], [s, c]], name=self.name)
+            return ellipsoid(_pairs(self.q0), half, [[c, -s], [s, c]], name=self.name).grown(margin)
+        shape = self.grown(margin)
         outline = _complex(shape.boundary(2000, shape.margin), "outline")
         center = complex(outline.mean())
         turn = np.angle(np.roll(outline - center, -1) / (outline - center))

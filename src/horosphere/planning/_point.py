@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from ..certify import certify
-from ..control import PointMass, SlidingMode, SpeedProfile, track
+from ..control import PointMass, SlidingMode, SpeedProfile, Track, track, tracking_inflation
 from ..errors import InputError
 from ..fields import HarmonicField, Path
+from ..fields._chart import Identity
 from ..robots import Limits
 from ..scenes import ControlOptions, HeadingTarget, PointRobot, PositionTarget, Scene
 from ._plan import Plan, Progress
@@ -29,6 +30,8 @@ def plan_point(scene: Scene, progress: Progress) -> Plan:
         except InputError as error:
             return Plan(scene, False, str(error))
         path = field.trace(scene.start.position, step=options.path_step)
+    if robot.unit == "rad":
+        progress.notes.append("a configuration space: what is given in mm are thousandths of a radian")
     progress.notes.extend((*field.notes, *path.notes))
     if not path.reached:
         return Plan(scene, False, path.reason, path=path.points)
@@ -65,18 +68,19 @@ def tracking_notes(scene: Scene, robot: PointRobot, field: HarmonicField, path: 
     if grow and field.stars:
         grow = False
         notes.append("tracking: grow_radius is for balls only and was left out")
+    speed = SpeedProfile(
+        robot.max_speed,
+        0.4 * robot.max_acceleration,
+        0.4 * robot.max_acceleration,
+        slow_down=1.0 if control.slow_down else 0.0,
+    )
     run = track(
         (lambda x, extra: field.grown(extra)(x)) if grow else field,
         path.points[0],
         field.goal,
         period=control.period,
         law=SlidingMode(gain, control.law),
-        speed=SpeedProfile(
-            robot.max_speed,
-            0.4 * robot.max_acceleration,
-            0.4 * robot.max_acceleration,
-            slow_down=1.0 if control.slow_down else 0.0,
-        ),
+        speed=speed,
         robot=PointMass(robot.radius, robot.max_acceleration),
         disturbance=control.disturbance,
         # the field's zones are grown by the robot's radius and the scene's clearance
@@ -89,10 +93,25 @@ def tracking_notes(scene: Scene, robot: PointRobot, field: HarmonicField, path: 
         f"tracking simulated with {control.law} at {1e3 * control.period:g} ms, disturbance {control.disturbance:g} m/s^2: {words}; "
         f"velocity error {run.rms_error():.3g} m/s rms, least clearance {run.clearance:.3g} m"
     )
+    if len(field.world.radii) and isinstance(field.chart, Identity):
+        notes.append(_inflation_note(scene, field, run, speed))
     short = scene.options.clearance - run.clearance
     if short > 0.0:
         notes.append(f"tracking: to keep the clearance of {scene.options.clearance:g} m, ask for {short:.2g} m more")
     return notes
+
+
+def _inflation_note(scene: Scene, field: HarmonicField, run: Track, speed: SpeedProfile) -> str:
+    """By how much the nearest zone must be grown for the velocity errors that were met within the clearance asked for."""
+    world, error = field.world, run.worst_error(nearer=scene.options.clearance)
+    if error == 0.0:
+        return "tracking: the run kept the clearance asked for; no growth of the zones is needed"
+    near = np.linalg.norm(run.positions[:, None] - world.centers, axis=2) - world.radii
+    k = int(np.unravel_index(near.argmin(), near.shape)[1])
+    radius = world.radii[k] - scene.options.clearance
+    growth = float(tracking_inflation(radius, np.linalg.norm(world.centers[k] - field.goal), speed, error))
+    covers = "no growth short of the goal covers" if np.isinf(growth) else f"a growth by {growth:.2g} m covers"
+    return f"tracking: {covers} a velocity error of {error:.2g} m/s beside {field.names[k]}"
 
 
 def harmonic_field(scene: Scene, margin: float) -> HarmonicField:

@@ -17,7 +17,7 @@ from ._problems import Reader
 from ._yaml import Loc
 
 KEYS = ("name", "urdf", "file", "mechanism", "type")
-STAND_INS = {"point": PointRobot(), "unicycle": UnicycleRobot(), "snake": SnakeRobot()}
+STAND_INS = {"point": PointRobot(), "ball": PointRobot(), "unicycle": UnicycleRobot(), "snake": SnakeRobot()}
 """By type: what the start and goal are read for where the robot itself cannot be read."""
 
 

@@ -23,13 +23,17 @@ def _positive(record: object, *names: str) -> None:
 
 @dataclass(frozen=True, slots=True)
 class PointRobot:
-    """A ball of `radius` (m) that moves freely in R^`dimension`, with bounded speed (m/s) and acceleration (m/s^2)."""
+    """A ball of `radius` (m) that moves freely in R^`dimension`, with bounded speed (m/s) and acceleration (m/s^2).
+
+    `unit` of its coordinates: "rad" for a configuration space; then every length is meant in radians.
+    """
 
     dimension: int = 2
     radius: float = 0.0
     max_speed: float = 1.0
     max_acceleration: float = 4.0
     name: str = "point"
+    unit: str = "m"
 
     def __post_init__(self) -> None:
         _positive(self, "max_speed", "max_acceleration")

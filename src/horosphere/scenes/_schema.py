@@ -119,9 +119,10 @@ class SixAxisArm(MechanismFields):
 
 
 class Point(Section):
-    type: Literal["point"]
+    type: Literal["point", "ball"]
     dimension: Annotated[int, Field(ge=2)] | None = None
     radius: NotNegative = 0.0
+    unit: Literal["m", "rad"] = "m"
     max_speed: Positive = 1.0
     max_acceleration: Positive = 4.0
 
@@ -145,7 +146,7 @@ class Snake(Section):
 
 
 MECHANISMS = {"humanoid_arm": HumanoidArm, "srs_arm": SrsArm, "six_axis_arm": SixAxisArm}
-BODIES = {"point": Point, "unicycle": Unicycle, "snake": Snake}
+BODIES = {"point": Point, "ball": Point, "unicycle": Unicycle, "snake": Snake}
 
 # Targets -----------------------------------------------------------------------------------------------------------
 
