@@ -20,7 +20,7 @@ from _ik_peers import Arm, eaik_solver, pytracik_solver, roboticstoolbox_solver,
 from horosphere import kinematics, robots
 from horosphere.versors import Motor
 
-SAME = 1e-4  # radians: solutions nearer than this are one (angles at double roots are good to 1e-6)
+SAME = 2e-4  # radians: solutions nearer than this are one (angles at double roots are good to 1e-6, those of peers to 1e-4)
 PEERS = ("ssik", "eaik", "roboticstoolbox", "pytracik")
 MODULES = ("franka_panda_ik", "ur5_ik", "iiwa14_ik", "puma560_ik")
 
@@ -106,6 +106,8 @@ def branches(poses: int = 200) -> None:
 def report(arm: Arm, robot, structure, peer: str, ask, q) -> np.ndarray:
     """One line of the table; (poses in which we lose, poses in which the peer loses)."""
     lose, loses, ours_count, peer_count = 0, 0, 0, 0
+    # Of an arm that misses its structure psi is approximate: rows lie that near on the same curve of postures.
+    near = 1e-2 if structure.parameter == "psi" and structure.gap > 1e-11 else SAME
     locked = peer == "eaik" and arm.n == 7
     # Where a peer samples another redundancy than ours, what it has left out is not lost.
     comparable = arm.n < 7 or locked or (structure.name == "sew7" and not structure.is_reversed)
@@ -121,7 +123,7 @@ def report(arm: Arm, robot, structure, peer: str, ask, q) -> np.ndarray:
         found = kinematics.inverse(robot, Motor.from_matrix(T), seed=seeds)
         rows = found.q.reshape(-1, arm.n)[found.valid.reshape(-1)]
         good = np.abs(arm.pose(rows) - T).max(axis=(-1, -2)) < 1e-9
-        lose += not (good.all() and all(apart(rows, x).min(initial=9.0) < SAME for x in theirs))
+        lose += not (good.all() and all(apart(rows, x).min(initial=9.0) < near for x in theirs))
         if locked:
             rows = rows[np.abs((rows[:, 6] - q[k, 6] + np.pi) % (2 * np.pi) - np.pi) < SAME]
         loses += comparable and not all(apart(theirs, x).min(initial=9.0) < 10 * SAME for x in rows)

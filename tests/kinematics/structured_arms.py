@@ -41,6 +41,40 @@ ANTIPARALLEL_UR = [Z, X, X, (-1.0, 0, 0), Z, (-1.0, 0, 0)], [
 NOTHING = [Z, Y, Z, (0.3, 1, 0), X, Y], [
     (0, 0, 0.1), (0.03, 0, 0.2), (0.05, 0.04, 0.3), (0.2, 0.1, 0.3), (0.3, 0, 0.45), (0.45, 0.03, 0.5),
 ]  # fmt: skip
+PANDA = [Z, Y, Z, _Y, Z, _Y, _Z], [
+    (0, 0, 0), (0, 0, 0.333), (0, 0, 0.333), (0.0825, 0, 0.649), (0, 0, 0.649), (0, 0, 1.033), (0.088, 0, 1.033),
+]  # fmt: skip
+PEPPER = [Y, Z, X, (np.sin(0.157), 0, np.cos(0.157)), X], [(-0.057, 0.15, 0.087)] * 2 + [(0.1242, 0.165, 0.087)] * 3
+
+
+def _ur(d1, a2, a3, d4, d5):
+    return UR5[0], [(0, 0, d1), (0, 0, d1), (a2, 0, d1), (a2 + a3, 0, d1), (a2 + a3, d4, 0), (a2 + a3, d4, d1 - d5)]
+
+
+# What `benchmarks/ik.py poses` and the slow test go through, by name; dimensions as the makers publish them.
+REAL = {
+    "Panda and FR3": PANDA,
+    "Panda from its tip": (PANDA[0][::-1], PANDA[1][::-1]),
+    "xArm7": XARM7,
+    "xArm7 from its tip": XARM7_REVERSED,
+    "UR3": _ur(0.1519, 0.24365, 0.21325, 0.11235, 0.08535),
+    "UR5": UR5,
+    "UR10": _ur(0.1273, 0.612, 0.5723, 0.163941, 0.1157),
+    "UR10 from its tip": tuple(x[::-1] for x in _ur(0.1273, 0.612, 0.5723, 0.163941, 0.1157)),
+    "three axes against each other": ANTIPARALLEL_UR,
+    "iiwa14": IIWA,
+    "S-R-S, elbow offset": OFFSET_SRS,
+    "S-R-S, elbow offset, from tip": (OFFSET_SRS[0][::-1], OFFSET_SRS[1][::-1]),
+    "S-R-S, skew axes": SKEW_SRS,
+    "Puma (wrist 4-6)": PUMA,
+    "6R, shoulder 1-3 spherical": SPHERICAL_SHOULDER,
+    "6R, axes 1, 2 meet": MEET_12,
+    "6R, axes 1, 2 parallel": PARALLEL_12,
+    "6R, axes 2, 3 meet": MEET_23,
+    "NAO left arm": NAO,
+    "NAO left arm from its tip": NAO_REVERSED,
+    "Pepper left arm": PEPPER,
+}
 
 
 def robot(name, arm, limit=np.pi):

@@ -46,7 +46,7 @@ def polish(arm, limits, motors, Q, valid, locked, steps, residual):
                 # Least-norm step: (J J^T + tiny) y = e, dq = J^T y.
                 for r in range(6):
                     for c in range(6):
-                        s = 1e-12 if r == c else 0.0
+                        s = 1e-17 if r == c else 0.0
                         for j in range(n):
                             s += J[r, j] * J[c, j]
                         H[r, c] = s

@@ -15,7 +15,6 @@ from ._structured import Solver, solver
 from ._targets import pose_motor
 
 Floats = NDArray[np.float64]
-_SAMPLES = 512  # of q7: arcs narrower than a 512th of its range may be missed
 
 
 def limit_arcs(robot: Any, target: Any, tolerance: float = 1e-9) -> tuple[Arcs, ...]:
@@ -41,7 +40,9 @@ def limit_arcs(robot: Any, target: Any, tolerance: float = 1e-9) -> tuple[Arcs, 
         middles = 0.5 * (ends[:-1] + ends[1:])
         free = _allowed(made, motor, middles, tolerance)
         return tuple(_joined(ends[:-1][column], ends[1:][column]) for column in free.T)
-    return _sampled(made, motor, tolerance)
+    from ._free_arcs import free_arcs
+
+    return free_arcs(robot, target, resolution=1e-4)
 
 
 def _allowed(made: Solver, motor: Floats, values: Floats, tolerance: float) -> NDArray[np.bool_]:
@@ -149,26 +150,3 @@ def _frame(a: Floats, b: Floats) -> Floats:
     z = np.cross(x, b)
     z /= np.linalg.norm(z)
     return np.stack([x, np.cross(z, x), z], axis=1)
-
-
-def _sampled(made: Solver, motor: Floats, tolerance: float) -> tuple[Arcs, ...]:
-    j = 0 if made.structure.is_reversed else 6
-    low, high = max(made.limits[0, j], -np.pi), min(made.limits[1, j], np.pi)
-    grid = np.linspace(low, high, _SAMPLES + 1)
-    free = _allowed(made, motor, grid, tolerance)
-    step, branch = np.nonzero(free[1:] != free[:-1])
-    inside, outside = np.where(free[step, branch], grid[step], grid[step + 1]), grid[step + 1].copy()
-    outside = np.where(free[step, branch], grid[step + 1], grid[step])
-    for _ in range(44 if len(step) else 0):
-        middle = 0.5 * (inside + outside)
-        ok = _allowed(made, motor, middle, tolerance)[np.arange(len(step)), branch]
-        inside, outside = np.where(ok, middle, inside), np.where(ok, outside, middle)
-    arcs = []
-    for k in range(made.branches):
-        ends = list(inside[branch == k])
-        if free[0, k]:
-            ends.insert(0, low)
-        if free[-1, k]:
-            ends.append(high)
-        arcs.append(_joined(np.array(ends[::2]), np.array(ends[1::2])))
-    return tuple(arcs)

@@ -6,7 +6,7 @@ between them (the sign of a root, a degenerate case) is data and not a branch in
 An arm is one array (k, 3), rows: n unit axes and n points on them at q = 0 in the base frame; rotation (3) and translation of
 the inverse home pose; (1 if the chain is solved from its tip, a number, `soft`); points fixed in links, as each solver says.
 `soft` is 0 for exact structures. Where the true axes miss the structure, roots that it puts out of reach by this relative
-amount are kept, and pulled apart, as starts for Newton steps on the true axes: else double roots would be lost.
+amount are kept, and pulled apart by as much, as starts for Newton steps on the true axes: else double roots would be lost.
 Three steps carry everything: the roots of A + B cos q + C sin q = l, the angle about an axis that takes one vector to another
 (the ratio formula), and the decomposition of a rotation about three axes. Our derivation; docs/inverse-kinematics.md.
 Flags are numbers, 1 for yes; `good` is not negative where a root is real.
@@ -16,7 +16,7 @@ import math
 
 import numpy as np
 
-from ..kernels import atan2, jit, kernel, lane_mask_lt, lane_max, lane_sqrt, lane_where_lt, sincos
+from ..kernels import atan2, jit, kernel, lane_mask_lt, lane_max, lane_min, lane_sqrt, lane_where_lt, sincos
 
 FREE = 1e-10  # sine below which an angle is free and kept from the seed
 TOUCH = 3e-11  # relative overshoot of a double root that is taken for rounding (axes of URDF files are off by 3e-12)
@@ -211,7 +211,7 @@ def root(offset, b, c, level, rest, sign, soft):
     rest = b^2 + c^2 - (level - offset)^2, given by the caller in a form without cancellation.
     """
     h2 = b * b + c * c
-    w = sign * lane_sqrt(lane_max(rest, soft * h2))
+    w = sign * lane_sqrt(lane_max(rest, lane_min(-rest, soft * h2)))
     g = level - offset
     k = 1.0 / lane_sqrt(lane_max(g * g + w * w, TINY) * lane_max(h2, TINY))  # equals 1 / h^2 where real
     return (c * g + b * w) * k, (b * g - c * w) * k, lane_where_lt(0.0, h2, rest + (TOUCH + soft) * h2, -1.0)

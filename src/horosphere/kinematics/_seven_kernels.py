@@ -96,7 +96,7 @@ def sew7_rows(arm, limits, pose, last, kept1, kept5):
     rest = (1.0 - c56 * c56) * away - (u6 - c56 * z) * (u6 - c56 * z)
     good = lane_where_lt(0.0, across, lane_min(near, rest + (TOUCH + soft) * length2), -1.0)
     inverse = 1.0 / lane_max(across, TINY)
-    bend = wrist * lane_sqrt(lane_max(rest, soft * length2)) * inverse
+    bend = wrist * lane_sqrt(lane_max(rest, lane_min(-rest, soft * length2))) * inverse
     base = blend((z - c56 * u6) * inverse, u, (c56 * length2 - z * u6) * inverse, m6)
     R3 = product(frame(u, blend(1.0, base, bend, v)), transposed(frame(u0, m5)))
     if lane_mask_lt(away, FREE * FREE) != 0:  # S on axis 5: the arm plane is free; keep q5

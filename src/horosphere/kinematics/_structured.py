@@ -19,7 +19,7 @@ from ._wrist_arms import pose_residual, reach_reasons
 Floats = NDArray[np.float64]
 _EXACT = 1e-11  # metres: structures missed by more are polished on the true axes
 _POLISHED = 1e-10  # residual (m, rad) that a polished row must reach
-_STEPS = 25  # of Newton, at most: from double roots it converges only by halves
+_STEPS = 40  # of Newton, at most: from double roots it converges only by halves
 _SAMPLES = 32  # of the redundancy, where its best value is looked for
 _WORDS = {
     "sew7": "the distance from the shoulder to the wrist is out of range for this q7",
@@ -85,7 +85,7 @@ def solver(robot: Any) -> Solver:
     assert chain is not None and special is not None
     n = len(chain.axes)
     number = float(structure.mode) if structure.name == "spherical6" else max(1e-9, 10.0 * structure.gap)
-    soft = min(50.0 * structure.gap, 0.01) if structure.gap > _EXACT else 0.0
+    soft = min(2000.0 * structure.gap, 0.05) if structure.gap > _EXACT else 0.0
     home = np.linalg.inv(np.linalg.inv(chain.home) if structure.is_reversed else chain.home)
     tail = [home[:3, :3], home[None, :3, 3], [[float(structure.is_reversed), number, soft]]]
     arm = np.concatenate([chain.axes, chain.points, *tail, special])

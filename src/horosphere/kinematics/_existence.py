@@ -1,0 +1,137 @@
+"""Where on the circle of its redundancy a branch begins and ends to exist: roots of trigonometric polynomials."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+
+class Trig:
+    """A real trigonometric polynomial: the coefficients c[-d..d] of exp(i k t), as a plain array of length 2 d + 1."""
+
+    def __init__(self, c: Any) -> None:
+        self.c = np.asarray(c, dtype=np.complex128)
+
+    @staticmethod
+    def first(constant: float, cosine: float, sine: float) -> Trig:
+        """constant + cosine cos t + sine sin t."""
+        return Trig([0.5 * (cosine + 1j * sine), constant, 0.5 * (cosine - 1j * sine)])
+
+    @staticmethod
+    def sampled(values: Floats) -> Trig:
+        """Of first degree, from its values at 0, pi/2 and pi."""
+        middle = 0.5 * (values[0] + values[2])
+        return Trig.first(middle, 0.5 * (values[0] - values[2]), values[1] - middle)
+
+    def __add__(self, other: Trig | float) -> Trig:
+        a, b = self.c, other.c if isinstance(other, Trig) else np.array([other], complex)
+        size = max(len(a), len(b))
+        widen = lambda x: np.pad(x, (size - len(x)) // 2)
+        return Trig(widen(a) + widen(b))
+
+    def __mul__(self, other: Trig | float) -> Trig:
+        return Trig(np.convolve(self.c, other.c) if isinstance(other, Trig) else self.c * other)
+
+    __rmul__ = __mul__
+
+    def __sub__(self, other: Trig | float) -> Trig:
+        return self + -1.0 * other
+
+    def roots(self) -> Floats:
+        """Angles in (-pi, pi] where it is zero, and those of roots nearly on the circle (a double root splits off it)."""
+        c = self.c[::-1]
+        size = np.abs(c).max(initial=0.0)
+        if size == 0.0:
+            return np.zeros(0)
+        z = np.roots(np.where(np.abs(c) < 1e-15 * size, 0.0, c))
+        return np.angle(z[np.abs(np.abs(z) - 1.0) < 1e-3])
+
+
+def q7_candidates(made: Any, motor: Floats) -> Floats:
+    """Angles of the last joint at which a sew7 branch can begin or end to exist, sorted, with -pi and pi. Our derivation.
+
+    With w the wrist and u = S - w, both u.u and u.n6 are of first degree in t = q7, and from u.u = A + B cos q4 + C sin q4 the
+    component of u along axis 5 is z = a(t) +- b w(t), w^2 = B^2 + C^2 - (u.u - A)^2. A wrist exists while
+    (1 - c^2)(u.u - z^2) >= (u.n6 - c z)^2, c = n5.n6: its ends are zeros of P +- Q w, hence of P^2 - Q^2 w^2, of degree four.
+    """
+    chain = made.structure.screws
+    n, p, (S, W) = chain.axes, chain.points, made.structure.special
+    T = _chain_pose(made, motor)
+    R, t = T[:3, :3], T[:3, 3]
+    length2, along6 = np.zeros(3), np.zeros(3)
+    for k, q7 in enumerate((0.0, 0.5 * np.pi, np.pi)):
+        back = _turn(n[6], -q7)
+        u = S - (R @ (back @ (W - p[6]) + p[6]) + t)
+        length2[k], along6[k] = u @ u, u @ (R @ back @ n[5])
+    elbow2, along5 = np.zeros(3), np.zeros(3)
+    for k, q4 in enumerate((0.0, 0.5 * np.pi, np.pi)):
+        R4 = _turn(n[3], q4)
+        u = S - (R4 @ (W - p[3]) + p[3])
+        elbow2[k], along5[k] = u @ u, u @ (R4 @ n[4])
+    A, z0 = 0.5 * (elbow2[0] + elbow2[2]), 0.5 * (along5[0] + along5[2])
+    B, C = 0.5 * (elbow2[0] - elbow2[2]), elbow2[1] - A
+    z1, z2 = 0.5 * (along5[0] - along5[2]), along5[1] - z0
+    h2, c = B * B + C * C, float(n[4] @ n[5])
+    L2, u6 = Trig.sampled(length2), Trig.sampled(along6)
+    g = L2 - A
+    w2 = Trig([h2]) - g * g
+    a, b = z0 + 0.0, (z2 * B - z1 * C) / h2
+    z = g * ((z1 * B + z2 * C) / h2) + a
+    rest = u6 - c * z
+    P = (1.0 - c * c) * (L2 - z * z - (b * b) * w2) - rest * rest - (c * c * b * b) * w2
+    Q = (2.0 * b) * (c * rest - (1.0 - c * c) * z)
+    found = [P * P - Q * Q * w2, w2]
+    j = 0 if made.structure.is_reversed else 6
+    q4 = 3
+    for m in made.limits[:, q4]:
+        if np.isfinite(m):
+            m4 = -m if made.structure.is_reversed else m
+            found.append(g - (B * np.cos(m4) + C * np.sin(m4)))
+    angles = np.concatenate([f.roots() for f in found])
+    angles = -angles if made.structure.is_reversed else angles
+    ends = made.limits[:, j]
+    return sorted_ends(np.concatenate([angles, ends[np.isfinite(ends)]]))
+
+
+def phi_candidates(arm: Floats, point: Floats, circle: Floats) -> Floats:
+    """Angles phi at which the elbow of the 5-DOF arm begins or ends to exist: the wrist's circle meets a torus.
+
+    arm: a, h, d1, d2, d3. point: the gripper point; circle (3, 3): the wrist at phi = 0, pi/2 and pi. The wrist at distance D
+    from the shoulder's circle (radius a at height h): (s + a^2 - D^2)^2 = 4 a^2 (x^2 + z^2), s = |p2 - (0, h, 0)|^2.
+    """
+    a, h, d1, d2, _ = arm
+    x, y, z = (Trig.sampled(circle[:, k]) for k in range(3))
+    level = y - h
+    s, flat = x * x + level * level + z * z, x * x + z * z
+    found = []
+    for D in (d1 + d2, abs(d1 - d2)):
+        side = s + (a * a - D * D)
+        found.append((side * side - (4.0 * a * a) * flat).roots())
+    return sorted_ends(np.concatenate(found))
+
+
+def sorted_ends(angles: Floats) -> Floats:
+    """Sorted in [-pi, pi], both ends included, repeated ones once."""
+    x = np.pi - np.mod(np.pi - angles, 2.0 * np.pi)
+    x = np.sort(np.concatenate([[-np.pi], x, [np.pi]]))
+    return x[np.concatenate([[True], np.diff(x) > 1e-13])]
+
+
+def _chain_pose(made: Any, motor: Floats) -> Floats:
+    """(4, 4) of exp(S1 q1) ... exp(Sn qn) of the chain as it is solved."""
+    from ._screw_kernels import load_pose
+
+    R, t = load_pose(motor[None].copy(), 0, made.arm, made.joints)
+    T = np.eye(4)
+    T[:3, :3], T[:3, 3] = np.array(R).reshape(3, 3), t
+    return T
+
+
+def _turn(axis: Floats, angle: float) -> Floats:
+    from ._screws import axis_rotation
+
+    return axis_rotation(axis, angle)
