@@ -42,6 +42,8 @@ def summarise(
         rows.append(("Certified clearance", _clearance(certificate, scene, certified)))
         if getattr(certificate, "nearest", ""):
             rows.append(("Nearest", str(certificate.nearest)))
+        if getattr(certificate, "allowed", ()):
+            rows.append(("Allowed contacts", _some(certificate.allowed)))
         if math.isfinite(getattr(certificate, "self_clearance", math.inf)):
             rows.append(("Self-clearance", f"at least {1e3 * certificate.self_clearance:.2f} mm"))
     if measures is not None and measures.clearance is not None:
@@ -63,6 +65,11 @@ def summarise(
     rows += [("Robot", _robot(scene)), ("Collision model", collision_model(scene)), ("Obstacles", _obstacles(scene))]
     every = dict.fromkeys((*notes, *getattr(scene.robot, "notes", ())))  # in order, none twice
     return Summary(good, _verdict(scene, certificate, solved, reason, good, certified), tuple(rows), tuple(every))
+
+
+def _some(items: tuple[str, ...], most: int = 4) -> str:
+    more = f"; and {len(items) - most} more" if len(items) > most else ""
+    return "; ".join(items[:most]) + more
 
 
 def goal_error(measures: Measures | None) -> float | None:
