@@ -79,7 +79,7 @@ def load(
             "no such file", place=text, remedy="give a URDF, a robot YAML, or a built-in name", choices=names()
         )
     else:
-        raise unknown_name("robot", text, names(), place="name_or_path")
+        raise unknown_name("robot", text, names(), place="robot")
     if base is not None or tip is not None or locked or srdf is not None or group is not None:
         raise InputError("base, tip, locked, srdf and group are for URDF files", place=text)
     if capsules is None and link_radius is None and collision == "capsules":
@@ -104,7 +104,7 @@ def _from_urdf(path: Path, given: Given, options: CoverOptions) -> Robot:
     urdf = read_urdf(path)
     srdf = None if given.srdf is None else read_srdf(Path(given.srdf), urdf)
     if srdf is None and given.group is not None:
-        raise InputError("a group is named in an SRDF, and none is given", place="group", remedy="give srdf=")
+        raise InputError("a group is named in an SRDF, and none is given", place="group", remedy="give the SRDF too")
     base, tip, notes = given.base, given.tip, []
     if srdf is not None:
         notes.append(f"{len(srdf.disabled)} pairs of links are disabled by {srdf.path.name}")
@@ -132,7 +132,8 @@ def _from_urdf(path: Path, given: Given, options: CoverOptions) -> Robot:
     )
     bodies = {name: found.bodies for name, found in covers.items()}
     troubled = {name for name, found in covers.items() if found.problems}
-    return _finish(robot, bodies, sidecar, given.link_radius, notes, troubled, srdf)
+    surfaces = {name: found.surface for name, found in covers.items() if found.surface is not None}
+    return _finish(robot, bodies, sidecar, given.link_radius, notes, troubled, srdf, surfaces)
 
 
 def _cover_notes(covers: Mapping[str, LinkCover], options: CoverOptions) -> list[str]:
@@ -185,6 +186,7 @@ def _finish(
     notes: list[str],
     troubled: set[str],
     srdf: Srdf | None,
+    surfaces: Mapping[str, Any] | None = None,
 ) -> Robot:
     """Put the collision model together, choose the self-collision pairs, and say what was done."""
     bodies = bodies | given
@@ -197,7 +199,7 @@ def _finish(
                 if bodies[name]:
                     by_radius.append(name)
     packed = pack(bodies, list(robot.link_names))
-    pairs, table, dropped = _pairs.choose_pairs(robot.links, robot.limits, packed, srdf)
+    pairs, table, dropped = _pairs.choose_pairs(robot.links, robot.limits, packed, srdf, surfaces=surfaces)
     bare = sorted(troubled - {name for name, found in bodies.items() if found})
     partly = sorted(troubled - set(bare) - set(given))
     if given:
@@ -207,9 +209,9 @@ def _finish(
         notes.append(f"collision model: joint-to-joint segments of radius {link_radius:g} m for {', '.join(by_radius)}")
     if bare:
         some = ", ".join(bare[:6]) + (f" and {len(bare) - 6} more" if len(bare) > 6 else "")
-        notes.append(f"WITHOUT collision body: {some}; give capsules= (a capsule file) or link_radius=")
+        notes.append(f"WITHOUT collision body: {some}; give a capsule file or a link radius (docs/robots.md)")
     elif not len(packed):
-        notes.append("NO collision body at all; give capsules= (a capsule file) or link_radius=")
+        notes.append("NO collision body at all; give a capsule file or a link radius (docs/robots.md)")
     if partly:
         notes.append(f"INCOMPLETE, since some of their meshes could not be read: {', '.join(partly)}")
     return replace(robot, capsules=packed, self_pairs=pairs, pair_table=table, notes=(*notes, *dropped))

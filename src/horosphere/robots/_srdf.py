@@ -55,7 +55,7 @@ class Srdf:
                 f"group {group!r} is not one chain of links",
                 place=str(self.path),
                 choices=chains,
-                remedy="give base= and tip=",
+                remedy="name a base and a tip",
             )
         return (*ends, group)
 

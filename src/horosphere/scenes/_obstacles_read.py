@@ -133,7 +133,7 @@ def _mesh(o: s.Mesh, vertices: np.ndarray, faces: np.ndarray) -> Any:
     mesh = _shape("Mesh", placed, faces, name=o.name)
     if o.fill == "hull":
         return mesh.hull()
-    edges = mesh.open_edges() if o.fill == "solid" else ()
+    edges = mesh.open_edges() if o.fill == "solid" else np.zeros((0, 2, 3))
     if len(edges):
         at = np.round(edges[0].mean(axis=0), 4).tolist()
         raise InputError(

@@ -83,6 +83,8 @@ def _verdict(scene: Scene, certificate: Any, solved: bool | None, reason: str, g
         if not math.isfinite(certificate.clearance):
             return f"{word}; there is no obstacle to keep clear of"
         least = f"comes closer than {1e3 * certificate.clearance:.1f} mm to any obstacle"
+        touching = sum(" may touch " in text and ":" not in text for text in getattr(certificate, "allowed", ()))
+        least += f", but for {touching} allowed contact{'s' * (touching > 1)}" if touching else ""
         if any(note.startswith("WITHOUT collision body") for note in getattr(scene.robot, "notes", ())):
             return f"{word}, as far as the robot has collision bodies (see the notes): none of them {least}"
         return f"{word}: no moving part of the robot {least}"
