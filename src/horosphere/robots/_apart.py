@@ -64,6 +64,7 @@ class _Search:
         self.links, self.joints, self.coordinates, self.pair = links, joints, coordinates, pair
         self.points, self.coarse = _corners(below)
         self.rows, self.forest = grow(_mesh(above))
+        self.surface = below
         self.below, self.one = _mesh(below), above[:1, 0]
         self.q = np.clip(0.0, limits.lower, limits.upper)
         self.low = np.clip(limits.lower[coordinates], -np.pi, np.pi)
@@ -110,10 +111,11 @@ class _Search:
 
     def sampled(self) -> tuple[float, bool] | None:
         """The least gap in random postures, if it is more than the points are apart."""
-        rng, least = np.random.default_rng(0), np.inf
+        rng, least = np.random.default_rng(0), SEEN
+        self.points, self.coarse = _corners(self.surface, 8 * POINTS)
         for _ in range(SAMPLES):
             frames, world = self.placed(rng.uniform(self.low, self.high))
-            least = min(least, self.distance(frames, world, SEEN, 0.0))
+            least = min(least, self.distance(frames, world, least, 0.0))
         gap = least - self.coarse
         return (gap, False) if gap > 0.0 and self.outside() else None
 
@@ -153,11 +155,11 @@ def _mesh(triangles: Floats) -> Mesh:
     return Mesh(triangles.reshape(-1, 3), np.arange(3 * len(triangles)).reshape(-1, 3))
 
 
-def _corners(triangles: Floats) -> tuple[Floats, float]:
+def _corners(triangles: Floats, count: int = POINTS) -> tuple[Floats, float]:
     """Corners (m, 3) of the triangles cut until no edge is above e, and e / sqrt(3)."""
     sides = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
     area = 0.5 * float(np.linalg.norm(sides, axis=1).sum())
-    edge = max(float(np.sqrt(2.0 * area / POINTS)), 0.004)
+    edge = max(float(np.sqrt(2.0 * area / count)), 0.002)
     found: list[Floats] = []
     while len(triangles):
         a, b, c = triangles[:, 0], triangles[:, 1], triangles[:, 2]

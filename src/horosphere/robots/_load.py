@@ -42,6 +42,7 @@ def load(
     budget: int | None = None,
     tolerance: float = 0.005,
     geometry: Literal["auto", "collision", "visual"] = "auto",
+    progress: Callable[[str], None] | None = None,
 ) -> Robot:
     """A built-in robot by name, or a robot from a URDF or YAML file.
 
@@ -56,7 +57,7 @@ def load(
     (m): capsules of this radius along the joint-to-joint segments of those links of the chain that have no collision
     body otherwise.
     Limits: the tighter of <limit> and the soft limits of <safety_controller>. `notes` say what was covered and with what slack,
-    what was missing, locked or left out. Nothing is ever downloaded.
+    what was missing, locked or left out. Nothing is ever downloaded. `progress` is told what is being done.
     Raises InputError (file:line) for what cannot be read, unknown links, contradictory limits, closed loops, an SRDF that is
     for another robot.
     """
@@ -72,7 +73,7 @@ def load(
             raise InputError("no such file", place=text)
         robot = load_document(path)
     elif path.suffix.lower() in (".urdf", ".xml") or path.is_file():
-        given = Given(base, tip, capsules, link_radius, locked or {}, srdf, group)
+        given = Given(base, tip, capsules, link_radius, locked or {}, srdf, group, progress)
         return _from_urdf(path, given, options)
     elif path.suffix or "/" in text:
         raise InputError(
@@ -98,6 +99,7 @@ class Given:
     locked: Mapping[str, float]
     srdf: str | Path | None
     group: str | None
+    progress: Callable[[str], None] | None = None
 
 
 def _from_urdf(path: Path, given: Given, options: CoverOptions) -> Robot:
@@ -118,9 +120,13 @@ def _from_urdf(path: Path, given: Given, options: CoverOptions) -> Robot:
         {} if given.capsules is None else read_capsules(given.capsules, chain.links, chain.tip, _placement.IDENTITY)
     )
     files: dict[str, Any] = {}
-    covers = {
-        link.name: cover_link(urdf, link.name, options, files) for link in chain.links if link.name not in sidecar
-    }
+    tell = given.progress or (lambda what: None)
+    covers: dict[str, LinkCover] = {}
+    for link in chain.links:
+        if link.name not in sidecar:
+            tell(f"covering {link.name}")
+            covers[link.name] = cover_link(urdf, link.name, options, files)
+    tell("choosing the pairs of links to check")
     notes += _cover_notes(covers, options)
     robot = Robot(
         name=urdf.name,
