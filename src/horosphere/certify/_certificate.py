@@ -62,7 +62,8 @@ class Certificate:
     first_violation, violations: what breaks, in order of time. unresolved: see `Unresolved`. reasons: the verdict in words.
     goal_error, start_error: metres at the tool (joint targets: largest joint difference, rad or m);
         goal_angle_error, start_angle_error: rad.
-    evaluations: configurations looked at; slack: metres taken off for rounding.
+    evaluations: configurations looked at; slack: metres taken off for rounding. allowed: contacts that were not looked at
+        because somebody allowed them, in words.
     """
 
     certified: bool
@@ -85,6 +86,7 @@ class Certificate:
     velocities_ok: bool
     evaluations: int
     slack: float
+    allowed: tuple[str, ...] = ()
 
     @property
     def collision_free(self) -> bool:

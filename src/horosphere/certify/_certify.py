@@ -115,6 +115,7 @@ class _Arm:
             velocities_ok=velocities_ok,
             evaluations=outer.evaluations + inner.evaluations,
             slack=max(outer.slack, inner.slack),
+            allowed=allowed_contacts(robot, self.scene.obstacles),
         )
 
     def model(self) -> None:
@@ -194,6 +195,15 @@ class _Arm:
         self.violations.append(
             Violation(kind, subject, other, value, limit, segment, fraction, self.time(segment, fraction))
         )
+
+
+def allowed_contacts(robot: Robot, obstacles: tuple[Any, ...]) -> tuple[str, ...]:
+    """Contacts that somebody allowed, in words: of links with obstacles that are there, and of links with each other."""
+    there = {getattr(obstacle, "name", "") for obstacle in obstacles}
+    found = [f"{link} may touch {name}" for link, name in robot.allowed_obstacles if name in there]
+    said = ("allowed by the caller", "disabled in the SRDF", "always touching", "not seen touching")
+    pairs = [pair for pair in robot.pair_table if not pair.checked and pair.reason.startswith(said)]
+    return (*found, *(f"{pair.first} may touch {pair.second}: {pair.reason}" for pair in pairs))
 
 
 def moment(times: Floats | None, segment: int, fraction: float) -> float | None:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..distance import pack_obstacles, pack_robot
+from ..distance import allowance, pack_obstacles, pack_robot
 from ..errors import InputError
 from ..numeric import float_array
 from ..robots import Robot
@@ -86,7 +86,7 @@ def clearance_bound(
     For q within h of q_m, a point of a link moves at most sum_j h_j rho_j, rho_j its distance to axis j at q_m plus what the
     joints beyond j can move it; intervals are bisected until that is less than the clearance to spare. Float64 with a
     rounding slack. `self_collision` takes `robot.self_pairs` in; leave `obstacles` empty for these alone.
-    Without `static`, bodies that no joint moves meet no obstacle.
+    Without `static`, bodies that no joint moves meet no obstacle; pairs of `robot.allowed_obstacles` are not looked at.
     Raises InputError. Our derivation, docs/certificate.md.
     """
     if not isinstance(robot, Robot):
@@ -122,7 +122,7 @@ def clearance_bound(
             first,
             gaps,
             out,
-            solids.extra,
+            (*solids.extra, allowance(robot, solids)),
         )
 
     def point() -> PathPoint | None:

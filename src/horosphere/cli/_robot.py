@@ -27,6 +27,7 @@ def robot(
     geometry: Literal["auto", "collision", "visual"] = "auto",
     pairs: bool = False,
     out_file: Annotated[Path | None, Parameter(name="--out")] = None,
+    view: Path | None = None,
     json: bool = False,
 ) -> int:
     """Shows what horosphere makes of a robot: chain, limits, collision model, closed-form inverse kinematics.
@@ -61,16 +62,18 @@ def robot(
         List all pairs of links: checked against each other or not, and why.
     out_file
         Write the robot as a file: YAML, which `robot: {file: ...}` of a scene reads, or URDF, with spheres and cylinders.
+    view
+        Write the collision model as an HTML page to look at (needs the extra `view`). `horosphere show FILE` shows it live.
     json
         Print everything as JSON.
     """
     from .. import robots
     from ..kinematics import classify
 
-    with out.working("reading the robot"):
+    with out.working("reading the robot") as working:
         options: dict[str, Any] = {"base": base, "tip": tip, "link_radius": link_radius, "srdf": srdf, "group": group}
         options |= {"collision": collision, "budget": budget, "tolerance": tolerance, "geometry": geometry}
-        loaded = robots.load(file, capsules=capsules, **options)
+        loaded = robots.load(file, capsules=capsules, progress=working.update, **options)
         data = robots.describe(loaded)
         if out_file is not None:
             from ..io import output_folder
@@ -78,6 +81,16 @@ def robot(
             output_folder(out_file.parent)
             robots.save(loaded, out_file)
             data["written"] = str(out_file)
+        if view is not None:
+            from ..io import output_folder, writing
+            from ..viewer import robot_html
+
+            working.update("drawing")
+            page = robot_html(loaded)
+            output_folder(view.parent)
+            with writing(view) as file_:
+                file_.write(page)
+            data["view"] = str(view)
     structure = classify(loaded)
     data["inverse_kinematics"] = {
         "name": structure.name,
@@ -100,8 +113,9 @@ def robot(
     ]
     if data["collision"]["static_links"]:
         rows.append(("Stand still", ", ".join(data["collision"]["static_links"])))
-    if out_file is not None:
-        rows.append(("Written", out_file))
+    written = [str(path) for path in (out_file, view) if path is not None]
+    if written:
+        rows.append(("Written", ", ".join(written)))
     out.print_rows(rows)
     _print_joints(data["joints"])
     if pairs:

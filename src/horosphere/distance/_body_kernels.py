@@ -8,7 +8,7 @@ points, and a point costs 9 products with a matrix.
   L (m,) int64: frame of each capsule; -1: it hangs on the base and meets no solid
   K (m, 8): ends a, b, radius, radius of a ball about the middle that holds it
   P (p, 3) int64: pairs of capsules, and the frame both hang from
-  F: what the rows S need beside them, see `Packed.extra`: (None, None) where they are balls, capsules and half-spaces
+  F: what the rows S need beside them (`Packed.extra`), and which capsules (m) may touch which solids, or None: see `allowance`
   T (k, 12): world frames, rotation by rows and position      X (m, 7): world end a, vector b - a, reach of the motion
 """
 
@@ -91,6 +91,14 @@ def self_distance(K, X, i, j):
 
 
 @inner
+def ignored(A, i, j):
+    """Whether capsule i may touch solid j; A (capsules, solids) or None."""
+    if A is None:
+        return False
+    return A[i, j]
+
+
+@inner
 def probe(J, C, L, K, S, P, q, h, need, T, X, F):
     """Clearance at q, and a lower bound of it while every coordinate c stays within h[c] of q[c].
 
@@ -105,6 +113,8 @@ def probe(J, C, L, K, S, P, q, h, need, T, X, F):
         X[i, 6] = moved
         mx, my, mz = X[i, 0] + 0.5 * X[i, 3], X[i, 1] + 0.5 * X[i, 4], X[i, 2] + 0.5 * X[i, 5]
         for j in range(solids if L[i] >= 0 else 0):
+            if ignored(F[2], i, j):
+                continue
             x, y, z = mx - S[j, 1], my - S[j, 2], mz - S[j, 3]
             rough = math.sqrt(x * x + y * y + z * z) - K[i, 7] - S[j, 4] - moved
             if rough >= need:
@@ -193,7 +203,7 @@ def table_into(J, C, L, K, S, P, q, W, F):
         p = row - L.shape[0] * solids
         if p < 0:
             i, j = row // solids, row % solids
-            if L[i] < 0:
+            if L[i] < 0 or ignored(F[2], i, j):
                 W[row] = 0.0
                 W[row, 0] = np.inf
                 continue

@@ -38,6 +38,18 @@ def pack_obstacles(obstacles: Any, *, trees: bool = True) -> Packed:
     return packed
 
 
+def allowance(robot: Robot, solids: Packed) -> NDArray[np.bool_] | None:
+    """Which capsules (m) may touch which rows of the obstacles: those of `robot.allowed_obstacles`; None if there are none."""
+    pairs = [(link, name) for link, name in robot.allowed_obstacles if name in solids.names]
+    if not pairs:
+        return None
+    allowed = np.zeros((len(robot.capsules), len(solids.rows)), np.bool_)
+    for link, name in pairs:
+        own = robot.capsules.link == robot.link_names.index(link)
+        allowed |= own[:, None] & (solids.owner == solids.names.index(name))
+    return allowed
+
+
 def configurations(robot: Robot, q: ArrayLike) -> Floats:
     """q (..., n) checked and writable (a read-only array would be compiled for again)."""
     if not isinstance(robot, Robot):
@@ -84,7 +96,9 @@ def signed(
     q (..., n) rad or m; obstacles as in `shapes.as_shapes`. Exact: apart, the Euclidean distance of the bodies; penetrating,
     minus the length of the shortest translation that parts the nearest pair (an ellipsoid met by the axis of a capsule: minus the
     greatest depth of a point of the axis, minus the radius). Infinite where there is nothing to touch. `self_collision` takes
-    the pairs `robot.self_pairs` in as well. Without `static`, bodies that no joint moves meet no obstacle.
+    the pairs `robot.self_pairs` in as well. Without `static`, bodies that no joint moves meet no obstacle. Pairs of
+    `robot.allowed_obstacles` are not looked at. A mesh is as exact as a box where it is convex; an axis within another
+    closed one counts minus the depth of its deepest point, and an open one is a surface.
     The gradient is n . (axis x (x - p)) at the witness x, per unit of q; where two
     pairs or two witnesses tie, it is that of one of them. Raises InputError. Our derivation, docs/distance.md.
     """
@@ -93,7 +107,7 @@ def signed(
     flat = Q.reshape(math.prod(Q.shape[:-1]), robot.n_joints)
     distance = np.empty(len(flat))
     slope = np.empty_like(flat) if gradient else np.empty((0, robot.n_joints))
-    _run(body, solids, self_collision, flat, distance, slope)
+    _run(body, solids, allowance(robot, solids), self_collision, flat, distance, slope)
     shape = Q.shape[:-1]
     result = distance.reshape(shape)
     return (result, slope.reshape(Q.shape)) if gradient else result
@@ -104,8 +118,18 @@ def clearance(robot: Robot, q: ArrayLike, obstacles: Any) -> Floats:
     return signed(robot, q, obstacles, self_collision=True)
 
 
-def _run(body: Body, solids: Packed, self_collision: bool, Q: Floats, D: Floats, G: Floats) -> None:
+def _run(
+    body: Body,
+    solids: Packed,
+    allowed: NDArray[np.bool_] | None,
+    self_collision: bool,
+    Q: Floats,
+    D: Floats,
+    G: Floats,
+) -> None:
     from ._body_kernels import signed_batch
 
     pairs = body.pairs if self_collision else _NO_PAIRS
-    signed_batch(body.joints, body.constants, body.frames, body.capsules, solids.rows, pairs, Q, D, G, solids.extra)
+    signed_batch(
+        body.joints, body.constants, body.frames, body.capsules, solids.rows, pairs, Q, D, G, (*solids.extra, allowed)
+    )

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..robots import Robot
 from ._pack import pack_robot
-from ._signed import configurations, pack_obstacles
+from ._signed import allowance, configurations, pack_obstacles
 
 Floats = NDArray[np.float64]
 
@@ -92,11 +92,10 @@ def table(
     body, solids = pack_robot(robot, static), pack_obstacles(obstacles)
     flat, m, s = Q.reshape(math.prod(Q.shape[:-1]), robot.n_joints), len(body.frames), len(solids.rows)
     pairs = body.pairs if self_collision else body.pairs[:0]
+    extra = (*solids.extra, allowance(robot, solids))
     W = np.empty((len(flat), m * s + len(pairs), 7))
     for b in range(len(flat)):
-        table_into(
-            body.joints, body.constants, body.frames, body.capsules, solids.rows, pairs, flat[b], W[b], solids.extra
-        )
+        table_into(body.joints, body.constants, body.frames, body.capsules, solids.rows, pairs, flat[b], W[b], extra)
     radius = body.capsules[:, 6]
     # the axis point moved along n by its own radius, and on by the distance, gives the two witnesses
     first = np.concatenate((np.repeat(radius, s), radius[pairs[:, 0]]))

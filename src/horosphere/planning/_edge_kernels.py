@@ -10,7 +10,7 @@ Data (made by `_tree_model` and `_world_kernels`):
     pairs (P, 5)         two bodies, the last common ancestor of their frames, first and last + 1 of
     group_pairs (K, 2)   the groups of theirs that are checked against each other, those of one group together
   world = (upright, boxes, cylinders, capsules, ellipsoids, reach): solids by kind, nearest to the root first;
-    reach (C, 5): how many of each kind body c can come near to
+    reach (C, 10): how many of each kind body c can come near to; bits: those of the first 63 of each kind that it may touch
   scratch = (frames, centres, near, stack, ramp, work): lanes of the frames (12 each), of ball centres; a list of solids;
     pieces of a motion still to be certified; (1, 2, .. 16) / 16 and 0, 1, .. 15; three configurations, for the callers
 
@@ -78,27 +78,37 @@ def body_clear(c, half, v, how, margin, model, world, scratch):
     rr = r * r
     k0 = np.int64(0)
     for i in range(reach[c, 0]):
+        if i < 63 and (reach[c, 5] >> i) & 1:
+            continue
         if lane_mask_lt(_upright(x, y, z, *load_records(upright, i, 8, (0,)))[0], rr):
             near[k0] = i
             k0 += 1
     k1 = k0
     for i in range(reach[c, 1]):
+        if i < 63 and (reach[c, 6] >> i) & 1:
+            continue
         if lane_mask_lt(_box(x, y, z, *load_records(boxes, i, 16, (0,)))[0], rr):
             near[k1] = i
             k1 += 1
     k2 = k1
     for i in range(reach[c, 2]):
+        if i < 63 and (reach[c, 7] >> i) & 1:
+            continue
         if lane_mask_lt(_cylinder(x, y, z, *load_records(cylinders, i, 8, (0,)))[0], rr):
             near[k2] = i
             k2 += 1
     k3 = k2
     for i in range(reach[c, 3]):
+        if i < 63 and (reach[c, 8] >> i) & 1:
+            continue
         R = r + capsules[i, 7]
         if lane_mask_lt(_segment(x, y, z, *load_records(capsules, i, 8, (0,)))[0], R * R):
             near[k3] = i
             k3 += 1
     k4 = k3
     for i in range(reach[c, 4]):
+        if i < 63 and (reach[c, 9] >> i) & 1:
+            continue
         if lane_mask_lt(_ellipsoid(x, y, z, *load_records(ellipsoids, i, 16, (0,)))[0], rr):
             near[k4] = i
             k4 += 1

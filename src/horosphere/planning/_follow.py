@@ -84,7 +84,7 @@ def _solve(scene: Scene, start: Floats, wanted: Floats, oriented: bool) -> tuple
     robot, options = arm(scene), scene.options
     lower, upper = robot.limits.lower, robot.limits.upper
     span = np.where(np.isfinite(upper - lower), upper - lower, np.inf)
-    middle = np.where(np.isfinite(span), 0.5 * (lower + upper), 0.0)
+    middle = 0.5 * (np.where(np.isfinite(span), lower, 0.0) + np.where(np.isfinite(span), upper, 0.0))
     target = Motor.from_matrix(wanted)
     q, residual, budget = start.copy(), np.inf, _PUSH * options.max_joint_step
     for iteration in range(_ITERATIONS):

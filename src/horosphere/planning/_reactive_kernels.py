@@ -106,7 +106,8 @@ def near_rows(q, sight, self_sight, model, world, scratch, room):
                 store_lanes(gaps, b, distance_to(kind, i, x, y, z, world) - load_lanes(points, 3 * width + b, LANES))
             for g in range(groups.shape[0]):
                 c = body_of[g]
-                if bodies[c, 0] == 0 or i >= reach[c, kind] or count == rows.shape[0]:
+                touching = i < 63 and (reach[c, 5 + kind] >> i) & 1  # it may
+                if bodies[c, 0] == 0 or i >= reach[c, kind] or touching or count == rows.shape[0]:
                     continue
                 least, nearest = np.float32(sight), np.int64(-1)
                 for b in range(groups[g, 0], groups[g, 1]):

@@ -51,10 +51,14 @@ def tool_path(scene: Scene, start: Floats, goal: Floats, step: float, wider: dic
     """
     grown = tool_radius(arm(scene)) + scene.options.clearance
     centers, radii, notes = [], [], []
+    touchable = _touchable(arm(scene))
     for k, shape in enumerate(scene.obstacles):
         name = pack_obstacles(scene.obstacles).names[k]
         if isinstance(shape, HalfSpace):
             notes.append(f"the field does not see {name!r}: a half-space; the links do")
+            continue
+        if name in touchable:
+            notes.append(f"the field does not see {name!r}: the tool may touch it")
             continue
         center, radius = shape.bounding_ball()
         nearest = min(np.linalg.norm(start - center), np.linalg.norm(goal - center))
@@ -81,6 +85,15 @@ def tool_path(scene: Scene, start: Floats, goal: Floats, step: float, wider: dic
     if not path.reached:
         return ToolPath(None, f"no field path: {path.reason}", tuple(notes))
     return ToolPath(evenly(path.points, step), "", tuple(notes))
+
+
+def _touchable(robot: Robot) -> set[str]:
+    """Names of the obstacles that the tip, or what hangs on it, may touch."""
+    beyond = {robot.tip}
+    for k, link in enumerate(robot.links):
+        if link.parent in beyond and link.kind == "fixed":
+            beyond.add(k)
+    return {name for link, name in robot.allowed_obstacles if robot.link_names.index(link) in beyond}
 
 
 def evenly(points: Floats, step: float) -> Floats:

@@ -15,7 +15,7 @@ from ..robots import Robot
 from ..shapes import as_shapes
 from ._tree_model import Balls, Frames, body_pairs, cover, moving_frames, position_error, spans
 from ._tree_room import room_of
-from ._world import nearest_contact, solid_rows
+from ._world import allowed_rows, nearest_contact, solid_rows
 
 Floats = NDArray[np.float64]
 STEP = 1.0
@@ -215,7 +215,7 @@ class _Packed:
         self.fineness = fineness
         root, span, centre_error = _limits_of(model, search.low, search.high)
         margin = max(search.clearance, 0.0) + RUNGS[0] * model.reach + 1e-3
-        *world, extent = pack_world(search.rows, root, span, margin)
+        *world, extent = pack_world(search.rows, root, span, margin, allowed_rows(model.balls.allowed, search.shapes))
         self.world = tuple(world)
         size = extent + float(np.abs(root).max() + span.max(initial=0.0))
         self.slack = 2.0 * centre_error + 16.0 * 2.0**-24 * size

@@ -38,7 +38,8 @@ class Balls:
     """Balls that hold the robot's bodies, at two levels: all that is fixed to one frame, and compact groups of one link.
 
     `bodies` (C, 3): frame, first group, last + 1. `groups` (G, 2): first ball, last + 1; `links` (G,) the link of each.
-    `body_bounds` (C, 4), `bounds` (G, 4), `balls` (B, 4): centre and radius in the frame.
+    `body_bounds` (C, 4), `bounds` (G, 4), `balls` (B, 4): centre and radius in the frame. `allowed` (C,): names of the obstacles
+    that the links of a body may touch, the same for all of them.
     `inflation`: no ball reaches further than this (metres) beyond what it covers.
     """
 
@@ -49,6 +50,7 @@ class Balls:
     bounds: Floats
     balls: Floats
     inflation: float
+    allowed: tuple[tuple[str, ...], ...] = ()
 
 
 def moving_frames(robot: Robot) -> Frames:
@@ -79,7 +81,8 @@ def moving_frames(robot: Robot) -> Frames:
 
 def cover(robot: Robot, frames: Frames, fineness: float) -> Balls:
     """Balls over all capsules: exact for a sphere; on a segment so dense that no radius grows by more than `fineness` (m)."""
-    found: dict[int, list[tuple[int, Floats]]] = {}
+    may = [tuple(sorted(other for own, other in robot.allowed_obstacles if own == name)) for name in robot.link_names]
+    found: dict[tuple[int, tuple[str, ...]], list[tuple[int, Floats]]] = {}
     worst = 0.0
     bodies = robot.capsules
     for link in np.unique(bodies.link):
@@ -96,19 +99,23 @@ def cover(robot: Robot, frames: Frames, fineness: float) -> Balls:
             along = np.linspace(0.0, 1.0, pieces + 1)[:, None] if pieces else np.zeros((1, 1))
             centres = (a + along * (b - a)) @ pose[:3, :3].T + pose[:3, 3]
             own.append(np.column_stack([centres, np.full(len(centres), grown)]))
-        found.setdefault(int(frames.of_link[link]), []).extend((int(link), g) for g in _compact(np.concatenate(own)))
+        key = int(frames.of_link[link]), may[link]
+        found.setdefault(key, []).extend((int(link), g) for g in _compact(np.concatenate(own)))
     sets = [(frame, link, group) for frame in sorted(found) for link, group in found[frame]]
     ends = np.cumsum([0] + [len(group) for _, _, group in sets])
     counts = np.cumsum([0] + [len(found[frame]) for frame in sorted(found)])
     whole = [np.concatenate([group for _, group in found[frame]]) for frame in sorted(found)]
     return Balls(
-        np.column_stack([sorted(found), counts[:-1], counts[1:]]).astype(np.int64).reshape(-1, 3),
+        np.column_stack([[frame for frame, _ in sorted(found)], counts[:-1], counts[1:]])
+        .astype(np.int64)
+        .reshape(-1, 3),
         np.array([enclosing_ball(balls) for balls in whole]).reshape(-1, 4),
         np.column_stack([ends[:-1], ends[1:]]).astype(np.int64),
         np.array([link for _, link, _ in sets], np.int64),
         np.array([enclosing_ball(group) for _, _, group in sets]).reshape(-1, 4),
         np.concatenate(whole) if whole else np.zeros((0, 4)),
         worst,
+        tuple(names for _, names in sorted(found)),
     )
 
 

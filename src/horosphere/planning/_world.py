@@ -57,6 +57,14 @@ def solid_rows(obstacles: Iterable[Shape]) -> Floats:
     return np.concatenate([rows, *clouds]) if clouds else rows
 
 
+def allowed_rows(allowed: tuple[tuple[str, ...], ...], obstacles: tuple[Shape, ...]) -> NDArray[np.bool_]:
+    """(C, m) which rows of `solid_rows` each body may touch, from the names it may touch; (0, 0) where there are none."""
+    if not any(allowed):
+        return np.zeros((0, 0), np.bool_)
+    names = [shape.name for shape in obstacles for _ in range(len(solid_rows([shape])))]
+    return np.array([[bool(name) and name in own for name in names] for own in allowed], np.bool_)
+
+
 def merged(points: Floats, radii: Floats, most: int = MOST_BALLS) -> tuple[Floats, Floats]:
     """Balls (m, 3), (m,) as they are; of more than `most`, one round those in each cell of a grid as fine as can be."""
     if len(points) <= most:
@@ -99,9 +107,11 @@ def nearest_contact(
     a, b = move_points(poses, bodies.a), move_points(poses, bodies.b)
     worst, text = 0.0, None
     names = robot.link_names
+    allowed = set(robot.allowed_obstacles)
     for number, shape in enumerate(obstacles):
         along = np.linspace(0.0, 1.0, 33)[:, None, None]
         gaps = shape.signed_distance(a + along * (b - a)) - bodies.radius
+        gaps[:, [(names[link], shape.name) in allowed for link in bodies.link]] = np.inf
         k = int(np.argmin(gaps.min(axis=0)))
         gap = float(gaps[:, k].min())
         if gap - clearance < worst:

@@ -13,6 +13,7 @@ from ..kernels import absolute, jit, kernel, maximum, minimum, scalars, sqrt
 
 BOX, CAPSULE, CYLINDER, ELLIPSOID, HALF_SPACE = 0, 1, 2, 3, 4
 ROW = 16
+NOTHING = np.zeros((0, 0), np.bool_)
 
 
 @kernel(1, p=scalars(3), row=scalars(8))
@@ -116,12 +117,13 @@ def _square_of(row, x, y, z):
 
 
 @jit(_nrt=False)
-def sort_solids(rows, root, spans, margin, lists, reach, count, near, kinds, order):
+def sort_solids(rows, root, spans, margin, allowed, lists, reach, count, near, kinds, order):
     """Fills the lists of `world` from solids (m, 16) in float64; returns the largest coordinate that matters.
 
     A row: kind, centre, three axes (rows; of a capsule, cylinder or half-space the first only), three sizes (box: half
     sizes; ellipsoid: semi-axes; capsule, cylinder: half length, radius; half-space: distance). `root` (3,): a point that
     does not move; spans (C,): no point of body c is ever further from it. Solids further than every span are dropped.
+    allowed (C, m): body c may touch solid i; such solids come first, and `reach` gets their bits.
     `count` (5,): how many there are in each list; near, kinds, order (m,): working memory.
     """
     upright, boxes, cylinders, capsules, ellipsoids = lists
@@ -151,6 +153,9 @@ def sort_solids(rows, root, spans, margin, lists, reach, count, near, kinds, ord
             row[13], row[14], row[15] = 0.5 * below, size, size
             kind = BOX
         near[i] = math.sqrt(_square_of(row, root[0], root[1], root[2])) - margin
+        for g in range(allowed.shape[0]):
+            if allowed[g, i]:
+                near[i] = min(near[i], -1e9)
         if kind == BOX:
             for k in range(3):  # an upright box is turned so that its last axis is vertical
                 if abs(row[6 + 3 * k]) > 1.0 - 1e-14:
@@ -203,6 +208,9 @@ def sort_solids(rows, root, spans, margin, lists, reach, count, near, kinds, ord
             if kind == 4:
                 for j in range(3):
                     target[k, 12 + j] = row[13 + j] * row[13 + j]
+        for g in range(allowed.shape[0]):
+            if allowed[g, i] and k < 63:
+                reach[g, 5 + kind] |= np.int64(1) << k
         count[kind] += 1
         for g in range(spans.shape[0]):
             if near[i] <= spans[g]:
@@ -210,11 +218,14 @@ def sort_solids(rows, root, spans, margin, lists, reach, count, near, kinds, ord
     return extent
 
 
-def pack_world(rows, root, spans, margin):
-    """(upright, boxes, cylinders, capsules, ellipsoids, reach) of `world`, and the largest coordinate among them."""
+def pack_world(rows, root, spans, margin, allowed=NOTHING):
+    """(upright, boxes, cylinders, capsules, ellipsoids, reach) of `world`, and the largest coordinate among them.
+
+    allowed (C, m): which bodies may touch which solids; of the first 63 of a kind, others are kept clear of.
+    """
     m, groups = len(rows), len(spans)
     lists = tuple(np.empty((m, width), np.float32) for width in (8, 16, 8, 8, 16))
-    reach, count = np.zeros((groups, 5), np.int64), np.zeros(5, np.int64)
+    reach, count = np.zeros((groups, 10), np.int64), np.zeros(5, np.int64)
     memory = np.empty(m), np.empty(m, np.int64), np.empty(m, np.int64)
-    extent = sort_solids(rows.copy(), root, spans, margin, lists, reach, count, *memory)
+    extent = sort_solids(rows.copy(), root, spans, margin, allowed, lists, reach, count, *memory)
     return (*(list_[:k] for list_, k in zip(lists, count.tolist())), reach, extent)

@@ -106,7 +106,10 @@ def choose_ends(urdf: Urdf, base: str | None, tip: str | None) -> tuple[str, str
     if base is None:
         if len(roots) > 1:
             raise InputError(
-                f"{len(roots)} links have no parent", place=str(urdf.path), remedy="give base=", choices=roots
+                f"{len(roots)} links have no parent",
+                place=str(urdf.path),
+                remedy="name the base: one of them",
+                choices=roots,
             )
         base = roots[0]
     if tip is None:
@@ -114,13 +117,20 @@ def choose_ends(urdf: Urdf, base: str | None, tip: str | None) -> tuple[str, str
         leaves = [link for link in _below(urdf, base) if not children[link]]
         if len(leaves) > 1:
             raise InputError(
-                f"the tip is not given, and {len(leaves)} links could be it",
+                f"the tip is not given, and {len(leaves)} links could be it: {_leaves(urdf, base, leaves)}",
                 place=str(urdf.path),
-                remedy="name one of them (`tip`)",
-                choices=leaves,
+                remedy="name one of them (`tip`); any other link will do too",
             )
         tip = leaves[0]
     return base, tip
+
+
+def _leaves(urdf: Urdf, base: str, leaves: list[str], most: int = 12) -> str:
+    """Links with the number of joints that move them, the most mobile first."""
+    moved = {link: sum(urdf.joints[k].type in MOVABLE for k in path_links(urdf, base, link)[1:]) for link in leaves}
+    some = sorted(leaves, key=lambda link: -moved[link])
+    more = f" and {len(some) - most} more" if len(some) > most else ""
+    return ", ".join(f"{link} ({moved[link]} joint{'s' * (moved[link] != 1)})" for link in some[:most]) + more
 
 
 def path_links(urdf: Urdf, base: str, tip: str) -> list[str]:

@@ -53,13 +53,15 @@ class CoverOptions:
 @dataclass(slots=True)
 class LinkCover:
     """Bodies of a link in its frame; `slack` (m) of those round meshes (None if there are none), from how many `triangles`;
-    `visual`: visual geometry was used; `problems`: what could not be read."""
+    `visual`: visual geometry was used; `problems`: what could not be read; `surface` (t, 3, 3): all of its geometry as triangles,
+    None if some of it has none."""
 
     bodies: list[Body] = field(default_factory=list)
     slack: float | None = None
     triangles: int = 0
     visual: bool = False
     problems: list[str] = field(default_factory=list)
+    surface: Floats | None = None
 
 
 def cover_link(urdf: Urdf, link: str, options: CoverOptions, files: dict[str, Floats | str] | None = None) -> LinkCover:
@@ -81,21 +83,27 @@ def _cover(
 ) -> LinkCover:
     result = LinkCover(visual=visual and bool(shapes))
     soup: list[Floats] = []
-    meshes = 0
+    surface: list[Floats] = []
+    meshes, flat = 0, True
     for shape in join_capsules(shapes):
         rotation, translation = _placement.rotation_translation(shape.origin)
         if shape.kind == "mesh":
             found = _read(path, shape, files)
             if isinstance(found, str):
                 result.problems.append(found)
+                flat = False
                 continue
             meshes += 1
-        elif options.kind == "spheres" and shape.kind in ("box", "cylinder"):
+        elif shape.kind in ("box", "cylinder"):
             found = box_triangles(np.array(shape.sizes)) if shape.kind == "box" else cylinder_triangles(*shape.sizes)
         else:
+            found, flat = np.zeros((0, 3, 3)), False
+        surface.append(found @ rotation.T + translation)
+        if shape.kind == "mesh" or (options.kind == "spheres" and shape.kind in ("box", "cylinder")):
+            soup.append(surface[-1])
+        else:
             result.bodies += [body.moved(rotation, translation) for body in _primitive(shape, options)]
-            continue
-        soup.append(found @ rotation.T + translation)
+    result.surface = np.concatenate(surface) if surface and flat else None
     if soup:
         triangles = np.concatenate(soup)
         what = f"mesh of {len(triangles)} triangles" if meshes else "primitives"

@@ -42,6 +42,7 @@ def load(
     budget: int | None = None,
     tolerance: float = 0.005,
     geometry: Literal["auto", "collision", "visual"] = "auto",
+    progress: Callable[[str], None] | None = None,
 ) -> Robot:
     """A built-in robot by name, or a robot from a URDF or YAML file.
 
@@ -56,7 +57,7 @@ def load(
     (m): capsules of this radius along the joint-to-joint segments of those links of the chain that have no collision
     body otherwise.
     Limits: the tighter of <limit> and the soft limits of <safety_controller>. `notes` say what was covered and with what slack,
-    what was missing, locked or left out. Nothing is ever downloaded.
+    what was missing, locked or left out. Nothing is ever downloaded. `progress` is told what is being done.
     Raises InputError (file:line) for what cannot be read, unknown links, contradictory limits, closed loops, an SRDF that is
     for another robot.
     """
@@ -72,14 +73,14 @@ def load(
             raise InputError("no such file", place=text)
         robot = load_document(path)
     elif path.suffix.lower() in (".urdf", ".xml") or path.is_file():
-        given = Given(base, tip, capsules, link_radius, locked or {}, srdf, group)
+        given = Given(base, tip, capsules, link_radius, locked or {}, srdf, group, progress)
         return _from_urdf(path, given, options)
     elif path.suffix or "/" in text:
         raise InputError(
             "no such file", place=text, remedy="give a URDF, a robot YAML, or a built-in name", choices=names()
         )
     else:
-        raise unknown_name("robot", text, names())
+        raise unknown_name("robot", text, names(), place="robot")
     if base is not None or tip is not None or locked or srdf is not None or group is not None:
         raise InputError("base, tip, locked, srdf and group are for URDF files", place=text)
     if capsules is None and link_radius is None and collision == "capsules":
@@ -98,6 +99,7 @@ class Given:
     locked: Mapping[str, float]
     srdf: str | Path | None
     group: str | None
+    progress: Callable[[str], None] | None = None
 
 
 def _from_urdf(path: Path, given: Given, options: CoverOptions) -> Robot:
@@ -120,9 +122,13 @@ def _from_urdf(path: Path, given: Given, options: CoverOptions) -> Robot:
         {} if given.capsules is None else read_capsules(given.capsules, chain.links, chain.tip, _placement.IDENTITY)
     )
     files: dict[str, Any] = {}
-    covers = {
-        link.name: cover_link(urdf, link.name, options, files) for link in chain.links if link.name not in sidecar
-    }
+    tell = given.progress or (lambda what: None)
+    covers: dict[str, LinkCover] = {}
+    for link in chain.links:
+        if link.name not in sidecar:
+            tell(f"covering {link.name}")
+            covers[link.name] = cover_link(urdf, link.name, options, files)
+    tell("choosing the pairs of links to check")
     notes += _cover_notes(covers, options)
     robot = Robot(
         name=urdf.name,
@@ -134,7 +140,8 @@ def _from_urdf(path: Path, given: Given, options: CoverOptions) -> Robot:
     )
     bodies = {name: found.bodies for name, found in covers.items()}
     troubled = {name for name, found in covers.items() if found.problems}
-    return _finish(robot, bodies, sidecar, given.link_radius, notes, troubled, srdf)
+    surfaces = {name: found.surface for name, found in covers.items() if found.surface is not None}
+    return _finish(robot, bodies, sidecar, given.link_radius, notes, troubled, srdf, surfaces)
 
 
 def _cover_notes(covers: Mapping[str, LinkCover], options: CoverOptions) -> list[str]:
@@ -187,6 +194,7 @@ def _finish(
     notes: list[str],
     troubled: set[str],
     srdf: Srdf | None,
+    surfaces: Mapping[str, Any] | None = None,
 ) -> Robot:
     """Put the collision model together, choose the self-collision pairs, and say what was done."""
     bodies = bodies | given
@@ -199,7 +207,7 @@ def _finish(
                 if bodies[name]:
                     by_radius.append(name)
     packed = pack(bodies, list(robot.link_names))
-    pairs, table, dropped = _pairs.choose_pairs(robot.links, robot.limits, packed, srdf)
+    pairs, table, dropped = _pairs.choose_pairs(robot.links, robot.limits, packed, srdf, surfaces=surfaces)
     bare = sorted(troubled - {name for name, found in bodies.items() if found})
     partly = sorted(troubled - set(bare) - set(given))
     if given:
@@ -209,9 +217,9 @@ def _finish(
         notes.append(f"collision model: joint-to-joint segments of radius {link_radius:g} m for {', '.join(by_radius)}")
     if bare:
         some = ", ".join(bare[:6]) + (f" and {len(bare) - 6} more" if len(bare) > 6 else "")
-        notes.append(f"WITHOUT collision body: {some}; give a capsule file (`capsules`) or a radius (`link_radius`)")
+        notes.append(f"WITHOUT collision body: {some}; give a capsule file or a link radius (docs/robots.md)")
     elif not len(packed):
-        notes.append("NO collision body at all; give a capsule file (`capsules`) or a radius (`link_radius`)")
+        notes.append("NO collision body at all; give a capsule file or a link radius (docs/robots.md)")
     if partly:
         notes.append(f"INCOMPLETE, since some of their meshes could not be read: {', '.join(partly)}")
     return replace(robot, capsules=packed, self_pairs=pairs, pair_table=table, notes=(*notes, *dropped))

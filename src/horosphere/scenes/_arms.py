@@ -87,7 +87,10 @@ def _arm(section: Any, data: dict, folder: Path, reader: Reader, loc: Loc) -> tu
         key = "urdf" if isinstance(section, s.UrdfRobot) else "file"
         where = spec[key] = str(resolve(getattr(section, key), folder))
     if isinstance(section, s.UrdfRobot):
-        options = {"base": section.base, "tip": section.tip, "locked": section.locked}
+        keys = ("base", "tip", "locked", "group", "collision", "budget", "tolerance", "geometry")
+        options = {key: getattr(section, key) for key in keys if getattr(section, key) is not None}
+        if section.srdf is not None:
+            options["srdf"] = spec["srdf"] = str(resolve(section.srdf, folder))
     if section.capsules is not None:
         options["capsules"] = spec["capsules"] = str(resolve(section.capsules, folder))
     if isinstance(section.link_radius, dict):

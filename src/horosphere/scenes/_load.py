@@ -7,21 +7,18 @@ import math
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from ..errors import InputError
 from . import _schema as s
 from ._arms import STAND_INS, read_robot
-from ._bodies import Aerofoil, EllipsoidND, Star, Workspace
+from ._bodies import Workspace
 from ._checks import problems
-from ._files import read_cloud, read_mesh, resolve
+from ._held import read_allowed, read_held
 from ._library import locate
+from ._obstacles_read import read_obstacles
 from ._options import ControlOptions, FieldOptions, Options
 from ._problems import Reader
 from ._scene import Origin, Scene
-from ._targets import quaternion_matrix, rpy_quaternion
-from ._targets_read import angle, half_space, read_target, rotation
-from ._yaml import Loc, read_yaml
+from ._targets_read import read_target
+from ._yaml import read_yaml
 
 VERSION = "horosphere/scene"
 FIELDS = (
@@ -32,6 +29,8 @@ FIELDS = (
     "start",
     "goal",
     "obstacles",
+    "attached",
+    "allowed_obstacles",
     "workspace",
     "options",
     "field",
@@ -61,7 +60,9 @@ def load_scene(path: str | Path) -> Scene:
         name: read_target(reader, data[name], (name,), target_robot) if name in data else None
         for name in ("start", "goal")
     }
-    obstacles, specs = _obstacles(reader, data.get("obstacles"), folder)
+    obstacles, specs = read_obstacles(reader, data.get("obstacles"), folder)
+    robot, held = read_held(reader, data.get("attached"), robot, folder)
+    robot, allowed = read_allowed(reader, data.get("allowed_obstacles"), robot, obstacles)
     options = _options(reader, Options, s.OptionFields, data.get("options"), "options")
     field = _options(reader, FieldOptions, s.FieldFields, data.get("field"), "field")
     control = _options(reader, ControlOptions, s.ControlFields, data.get("control"), "control")
@@ -83,7 +84,7 @@ def load_scene(path: str | Path) -> Scene:
         workspace=workspace,
         description=str(data.get("description") or "").strip(),
         source=str(file.resolve()),
-        origin=Origin(robot_spec, tuple(specs)),
+        origin=Origin(robot_spec, tuple(specs), held, allowed),
     )
 
 
@@ -124,116 +125,3 @@ def _options(reader: Reader, record: Any, model: Any, data: Any, key: str) -> An
     if isinstance(values.get("exponents"), list):
         values["exponents"] = tuple(values["exponents"])
     return record(**values)
-
-
-def _obstacles(reader: Reader, data: Any, folder: Path) -> tuple[list[Any], list[Any]]:
-    if data is None:
-        return [], []
-    if not isinstance(data, list):
-        reader.fail(("obstacles",), "expected a list of obstacles")
-        return [], []
-    found, specs = [], []
-    for i, item in enumerate(data):
-        loc: Loc = ("obstacles", i)
-        spec = dict(item) if isinstance(item, dict) else None
-        try:
-            found.append(_obstacle(reader, item, loc, folder))
-        except InputError as error:
-            reader.caught(loc, error)
-            found.append(None)
-        if spec and isinstance(spec.get("file"), str) and found[-1] is not None:
-            spec["file"] = str(resolve(spec["file"], folder))
-        specs.append(spec)
-    return found, specs
-
-
-def _obstacle(reader: Reader, item: Any, loc: Loc, folder: Path) -> Any:
-    if not isinstance(item, dict):
-        return reader.fail(loc, "expected fields, one of them 'type'", choices=s.OBSTACLES)
-    kind = item.get("type")
-    if kind is None:
-        return reader.fail(loc, "missing field 'type'", choices=s.OBSTACLES)
-    if kind not in s.OBSTACLES:
-        return reader.unknown((*loc, "type"), "obstacle type", kind, s.OBSTACLES)
-    section = reader.section(s.OBSTACLES[kind], item, loc)
-    if section is None:
-        return None
-    if isinstance(section, s.Points) and section.file is not None:
-        return _cloud(section, read_cloud(resolve(section.file, folder)))
-    if isinstance(section, s.Mesh) and section.file is not None:
-        vertices, faces = read_mesh(resolve(section.file, folder))
-        return _mesh(section, vertices, faces)
-    return _solid(section)
-
-
-def _solid(o: Any) -> Any:
-    if isinstance(o, s.Sphere):
-        return _shape("Ball", o.center, o.radius, name=o.name)
-    if isinstance(o, s.Ellipsoid):
-        return _ellipsoid(o)
-    if isinstance(o, s.Ellipse):
-        turn = angle(o.angle, o.angle_deg) or 0.0
-        c, t = math.cos(turn), math.sin(turn)
-        return EllipsoidND(o.center, o.semi_axes, np.array([[c, -t], [t, c]]), o.name)  # type: ignore[arg-type]
-    if isinstance(o, s.AerofoilFields):
-        return Aerofoil(o.center, o.k, complex(*o.mu), angle(o.angle, o.angle_deg) or 0.0, o.name)  # type: ignore[arg-type]
-    if isinstance(o, s.StarFields):
-        turn = angle(o.angle, o.angle_deg) or 0.0
-        return Star(o.center, o.radius, o.lobes, o.amplitude, turn, o.name)  # type: ignore[arg-type]
-    if isinstance(o, s.Capsule):
-        return _shape("Capsule", o.a, o.b, o.radius, name=o.name)
-    if isinstance(o, s.Cylinder):
-        a, b = (o.a, o.b) if o.center is None else _ends(o)
-        return _shape("Cylinder", a, b, o.radius, name=o.name)
-    if isinstance(o, s.Box):
-        return _shape("Box", o.center, 0.5 * np.array(o.size), quaternion_matrix(_turn(o)), name=o.name)
-    if isinstance(o, s.HalfSpace):
-        return _shape("HalfSpace", *half_space(o), name=o.name)
-    if isinstance(o, s.Mesh):
-        return _mesh(o, np.array(o.vertices), np.array(o.faces, np.int64))
-    return _cloud(o, np.array(o.points))
-
-
-def _cloud(o: s.Points, points: np.ndarray) -> Any:
-    if isinstance(o.radius, list) and len(o.radius) != len(points):
-        raise InputError(f"radius: {len(o.radius)} numbers for {len(points)} points")
-    return _shape("PointCloud", points, o.radius, name=o.name)
-
-
-def _shape(kind: str, *values: Any, name: str) -> Any:
-    from .. import shapes
-
-    return getattr(shapes, kind)(*values, name=name)
-
-
-def _turn(section: Any) -> np.ndarray:
-    quaternion = rotation(section)
-    return rpy_quaternion(np.zeros(3)) if quaternion is None else quaternion
-
-
-def _ends(o: s.Cylinder) -> tuple[np.ndarray, np.ndarray]:
-    axis, length = np.array(o.axis), float(np.linalg.norm(o.axis))  # type: ignore[arg-type]
-    if length < 1e-12:
-        raise InputError("axis: expected a direction, got the zero vector")
-    half = 0.5 * float(o.length) * axis / length  # type: ignore[arg-type]
-    return np.array(o.center) - half, np.array(o.center) + half
-
-
-def _ellipsoid(o: s.Ellipsoid) -> Any:
-    n = len(o.center)
-    if len(o.semi_axes) != n:
-        raise InputError(f"semi_axes: expected {n} numbers as in center, got {len(o.semi_axes)}")
-    turned = rotation(o)
-    if n == 3:
-        return _shape("Ellipsoid", o.center, o.semi_axes, quaternion_matrix(_turn(o)), name=o.name)
-    if turned is not None:
-        raise InputError(
-            f"a rotation by quaternion or rpy belongs to three dimensions, the center has {n}",
-            remedy="in the plane use type ellipse with angle",
-        )
-    return EllipsoidND(o.center, o.semi_axes, None, o.name)  # type: ignore[arg-type]
-
-
-def _mesh(o: s.Mesh, vertices: np.ndarray, faces: np.ndarray) -> Any:
-    placed = o.scale * vertices @ quaternion_matrix(_turn(o)).T + np.array(o.position)
-    return _shape("Mesh", placed, faces, name=o.name)

@@ -52,8 +52,8 @@ class Reader:
             inside = f"{one.place}: " if one.place and not one.place.startswith(self.document.path) else ""
             self.fail(loc, inside + one.message, one.remedy, one.choices)
 
-    def section(self, model: type[S], data: Any, loc: Loc) -> S | None:
-        """`data` as `model`, or None with the problems noted."""
+    def section(self, model: type[S], data: Any, loc: Loc, also: tuple[str, ...] = ()) -> S | None:
+        """`data` as `model`, or None with the problems noted; `also`: names that are fields here too."""
         import pydantic
 
         if not isinstance(data, dict):
@@ -64,7 +64,7 @@ class Reader:
             result = model.model_validate(data)
         except pydantic.ValidationError as error:
             for item in error.errors(include_url=False, include_context=True):
-                self._finding(model, loc, item)
+                self._finding(model, loc, item, also)
         for group in (*model.one_of, *model.at_most_one):
             given = [name for name in group if data.get(name) is not None]
             if len(given) > 1:
@@ -73,14 +73,14 @@ class Reader:
                 self.fail(loc, f"missing field {' or '.join(repr(name) for name in group)}")
         return result if len(self.problems) == before else None
 
-    def _finding(self, model: type[S], loc: Loc, item: Mapping[str, Any]) -> None:
+    def _finding(self, model: type[S], loc: Loc, item: Mapping[str, Any], also: tuple[str, ...]) -> None:
         inner = tuple(step for step in item["loc"] if not str(step).startswith("<"))  # <...>: a form, see _schema
         kind, value, limits = item["type"], item["input"], item.get("ctx", {})
         at = (*loc, *inner)
         if kind == "missing":
             return self.fail(loc + inner[:-1], f"missing field {inner[-1]!r}")
         if kind == "extra_forbidden":
-            return self.unknown(at, "field", inner[-1], model.model_fields, at_key=True)
+            return self.unknown(at, "field", inner[-1], (*model.model_fields, *also), at_key=True)
         if kind == "literal_error":
             choices = [text.strip("' ") for text in limits["expected"].replace(" or ", ",").split(",")]
             return self.fail(at, f"unknown value {value!r}", _nearest(str(value), tuple(choices)), choices)

@@ -54,6 +54,10 @@ def document(scene: Any, folder: Path) -> dict[str, Any]:
             _relative(spec, folder) if spec else obstacle_fields(obstacle)
             for spec, obstacle in zip(specs, scene.obstacles, strict=True)
         ]
+    if scene.origin.attached:
+        data["attached"] = [_relative(spec, folder) for spec in scene.origin.attached]
+    if scene.origin.allowed:
+        data["allowed_obstacles"] = [list(pair) for pair in scene.origin.allowed]
     if scene.workspace is not None:
         data["workspace"] = {"center": _list(scene.workspace.center), "radius": float(scene.workspace.radius)}
     for key, record in (("options", Options), ("field", FieldOptions), ("control", ControlOptions)):
@@ -69,7 +73,7 @@ def _relative(spec: Any, folder: Path) -> Any:
     if not isinstance(spec, dict):
         return spec
     moved = dict(spec)
-    for key in ("urdf", "capsules", "file"):
+    for key in ("urdf", "srdf", "capsules", "file"):
         if isinstance(moved.get(key), str):
             moved[key] = os.path.relpath(moved[key], folder)
     return moved

@@ -21,10 +21,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Origin:
-    """How the robot and the obstacles were written, with absolute paths: what `save` writes again."""
+    """How the robot, the obstacles, what the robot holds and what it may touch were written, with absolute paths: what `save`
+    writes again."""
 
     robot: Any = None
     obstacles: tuple[Any, ...] | None = None
+    attached: tuple[Any, ...] = ()
+    allowed: tuple[tuple[str, str], ...] = ()
 
 
 @dataclass(frozen=True, eq=False)

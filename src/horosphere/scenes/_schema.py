@@ -82,6 +82,12 @@ class UrdfRobot(LoadedRobot):
     base: str | None = None
     tip: str | None = None
     locked: dict[str, Number] | None = None
+    srdf: str | None = None
+    group: str | None = None
+    collision: Literal["capsules", "spheres"] | None = None
+    budget: Annotated[int, Field(ge=1)] | None = None
+    tolerance: Positive | None = None
+    geometry: Literal["auto", "collision", "visual"] | None = None
 
 
 class MechanismFields(Arm):
@@ -292,6 +298,7 @@ class Mesh(Rotated):
     file: str | None = None
     vertices: Annotated[list[Vector3], Field(min_length=3)] | None = None
     faces: Annotated[list[Annotated[list[int], Field(min_length=3, max_length=3)]], Field(min_length=1)] | None = None
+    fill: Literal["solid", "hull", "surface"] = "solid"
     scale: Positive = 1.0
     position: Vector3 = [0.0, 0.0, 0.0]
 
@@ -318,6 +325,15 @@ OBSTACLES: dict[str, type[Obstacle]] = {
     "mesh": Mesh,
     "points": Points,
 }
+
+HELD = ("link", "allowed")
+"""What an attached object has beside the fields of an obstacle."""
+
+
+class Held(Section):
+    link: str | None = None
+    allowed: list[str] = []
+
 
 # Sections ----------------------------------------------------------------------------------------------------------
 

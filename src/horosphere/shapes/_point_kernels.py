@@ -22,3 +22,15 @@ def mesh_points(S, nodes, ends, triangles, X, D):
         D[i] = np.inf
         for j in range(S.shape[0]):
             D[i] = min(D[i], _point(S, j, nodes, ends, triangles, X[i, 0], X[i, 1], X[i, 2], np.inf)[0])
+
+
+@jit
+def least_distance(S, nodes, ends, triangles, X, limit, enough):
+    """Least signed distance of points X (m, 3), at most `limit`; the first one below `enough` ends the search."""
+    least = limit
+    for j in range(S.shape[0]):
+        for i in range(X.shape[0]):
+            least = min(least, _point(S, j, nodes, ends, triangles, X[i, 0], X[i, 1], X[i, 2], least)[0])
+            if least < enough:
+                return least
+    return least

@@ -43,6 +43,21 @@ class Mesh(Shape):
 
         return open_edges(self.vertices, self.faces)
 
+    def hull(self) -> Mesh:
+        """The convex hull. Raises InputError for a flat mesh."""
+        from scipy.spatial import ConvexHull, QhullError
+
+        try:
+            found = ConvexHull(self.vertices)
+        except QhullError:
+            raise InputError(
+                "its vertices lie in one plane: it has no convex hull", place=self.name or "Mesh"
+            ) from None
+        corners = found.points[found.simplices]
+        normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        inward = (normal * found.equations[:, :3]).sum(axis=1) < 0.0
+        return Mesh(found.points, np.where(inward[:, None], found.simplices[:, ::-1], found.simplices), self.name)
+
     def signed_distance(self, points: ArrayLike) -> Floats:
         """To the nearest triangle, negative inside the closed parts; inside several parts that overlap, minus the depth in one."""
         from ._forest import grow

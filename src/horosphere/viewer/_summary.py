@@ -42,6 +42,8 @@ def summarise(
         rows.append(("Certified clearance", _clearance(certificate, scene, certified)))
         if getattr(certificate, "nearest", ""):
             rows.append(("Nearest", str(certificate.nearest)))
+        if getattr(certificate, "allowed", ()):
+            rows.append(("Allowed contacts", _some(certificate.allowed)))
         if math.isfinite(getattr(certificate, "self_clearance", math.inf)):
             rows.append(("Self-clearance", f"at least {1e3 * certificate.self_clearance:.2f} mm"))
     if measures is not None and measures.clearance is not None:
@@ -65,6 +67,11 @@ def summarise(
     return Summary(good, _verdict(scene, certificate, solved, reason, good, certified), tuple(rows), tuple(every))
 
 
+def _some(items: tuple[str, ...], most: int = 4) -> str:
+    more = f"; and {len(items) - most} more" if len(items) > most else ""
+    return "; ".join(items[:most]) + more
+
+
 def goal_error(measures: Measures | None) -> float | None:
     """Distance from the goal at the end, metres."""
     return None if measures is None or measures.to_goal is None else float(measures.to_goal[-1])
@@ -76,6 +83,8 @@ def _verdict(scene: Scene, certificate: Any, solved: bool | None, reason: str, g
         if not math.isfinite(certificate.clearance):
             return f"{word}; there is no obstacle to keep clear of"
         least = f"comes closer than {1e3 * certificate.clearance:.1f} mm to any obstacle"
+        touching = sum(" may touch " in text and ":" not in text for text in getattr(certificate, "allowed", ()))
+        least += f", but for {touching} allowed contact{'s' * (touching > 1)}" if touching else ""
         if any(note.startswith("WITHOUT collision body") for note in getattr(scene.robot, "notes", ())):
             return f"{word}, as far as the robot has collision bodies (see the notes): none of them {least}"
         return f"{word}: no moving part of the robot {least}"
