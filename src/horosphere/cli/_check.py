@@ -11,6 +11,8 @@ from cyclopts import Parameter
 from . import _output as out
 from ._plan import certificate_data
 
+_UNTIMED = "the trajectory has no times: mean velocities were not checked, and its waypoints are shown one second apart"
+
 
 def check(
     scene: str,
@@ -65,7 +67,8 @@ def check(
             certificate = certify(problem, motion)
         measures = measure(problem, motion)
         said = certificate.reasons[0] if certificate.reasons else ""
-        summary = summarise(problem, motion, measures, certificate=certificate, reason=said)
+        notes = () if motion.is_timed else (_UNTIMED,)
+        summary = summarise(problem, motion, measures, certificate=certificate, reason=said, notes=notes)
         data: dict[str, Any] = {
             "scene": problem.name,
             "trajectory": str(trajectory),
@@ -84,7 +87,7 @@ def check(
             contents = {"certificate.json": to_json(data) + "\n"}
             if has_viser():
                 progress.update("drawing the report")
-                contents["report.html"] = report_html(problem, motion, certificate=certificate)
+                contents["report.html"] = report_html(problem, motion, certificate=certificate, notes=notes)
             for name, text in contents.items():
                 with writing(folder / name) as file:
                     file.write(text)
