@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 
 from horosphere import robots
-from horosphere.planning._edge_kernels import STANDING
+from horosphere.planning._edge_kernels import SAMPLED
 from horosphere.planning._sampled import sampled_clearance
 from horosphere.planning._tree import COVER, _Packed, _Search, connect
 from horosphere.scenes._moveit import read_moveit_set
@@ -46,7 +46,8 @@ def ours(robot, problem):
 
 def our_checker(robot, problem):
     """One configuration at a time by the compiled check."""
-    from horosphere.kernels import call_compiled, jit
+    from horosphere.kernels import jit
+    from horosphere.planning._packet_kernels import check_edge
 
     start = problem.start_of(robot)
     space = _Packed(_Search(robot, start, problem.goal_of(robot).q[None], problem.obstacles, 0.0, 0.0, 0), COVER[0])
@@ -54,13 +55,12 @@ def our_checker(robot, problem):
     margins = space.margins(0.0, 0.0)
 
     @jit
-    def check(edge, q, v, how, margin, self_margin, model, world, scratch):
-        return call_compiled(edge, (q, v, 1, how, margin, self_margin, model, world, scratch))
+    def check(packet, q, v, margin, self_margin):
+        return check_edge(packet, q, v, np.int64(1), np.int64(SAMPLED), margin, self_margin)
 
     global _CHECK
     _CHECK = _CHECK or check
-    arrays = space.model.arrays, space.world, space.scratch
-    return lambda q: _CHECK(space.edge, np.asarray(q, np.float32), zero, STANDING, *margins, *arrays) == 1
+    return lambda q: _CHECK(space.packet, np.asarray(q, np.float32), zero, *margins) == 1
 
 
 _CHECK = None

@@ -213,3 +213,21 @@ def test_example_scenes_with_urdf(run, shared_data, tmp_path, name, urdf):
     if name == "nao-urdf":
         assert any("5 capsules from the capsule file" in note for note in data["notes"])
         assert any("not found" in note and "mesh" in note for note in data["notes"])
+
+
+def test_a_trajectory_without_times_is_said_to_have_none(run, tmp_path):
+    """Far too fast at one second a waypoint, were these seconds: nothing is checked against them, and that is said."""
+    assert run("plan", "humanoid-reach", "--out", tmp_path, "--no-report").code == 0
+    q = np.load(tmp_path / "trajectory.npz")["q"]
+    np.savez(tmp_path / "bare.npz", q=q)
+    result = run("check", "humanoid-reach", tmp_path / "bare.npz")
+    assert result.code == 0 and "has no times" in result.out and "one second apart" in result.out
+    assert "has no times" not in run("check", "humanoid-reach", tmp_path / "trajectory.npz").out
+
+
+def test_time_for_improvement_is_an_option(run, tmp_path):
+    result = run("plan", "panda-table", "--method", "tree", "--time", "0.2", "--out", tmp_path, "--no-report", "--json")
+    said = json.loads(result.out)
+    assert result.code == 0 and said["options"]["improvement_time"] == 0.2
+    assert said["improvement"]["length"] <= said["improvement"]["first_length"]
+    assert run("plan", "panda-table", "--time", "-1", "--out", tmp_path).err.count("--time") == 1

@@ -187,13 +187,13 @@ def test_no_point_moves_further_than_its_bound(name):
     from horosphere.kernels import jit, load_lanes, store_lanes
 
     @jit
-    def bound_of(f, stop, point, q, v, t, half, joints, data, frames, out):
+    def bound_of(f, stop, point, q, v, t, half, joints, data, frames, packet, out):
         edge.place_frames(q, v, load_lanes(t, 0, edge.LANES), joints, data, frames)
         x, y, z = edge._carried(
             *edge.load_columns(frames, 12 * 16 * f, 12, edge.LANES), point[0], point[1], point[2], 0.0
         )
         lanes = load_lanes(half, 0, edge.LANES)
-        store_lanes(out, 0, edge.motion_bound(f, stop, x, y, z, lanes, v, joints, data, frames))
+        store_lanes(out, 0, edge.motion_bound(f, stop, x, y, z, lanes, v, packet))
 
     robot, rng = made(name), np.random.default_rng(0)
     space = packed(robot)
@@ -208,7 +208,20 @@ def test_no_point_moves_further_than_its_bound(name):
         local = rng.normal(size=3) * 0.1
         here = frames.in_frame[link][:3, :3] @ local + frames.in_frame[link][:3, 3]
         weight = space.model.weight
-        bound_of(f, 0, np.float32(here), np.float32(q), np.float32(v), t, half, joints, data, space.scratch[0], out)
+        bound_of(
+            f,
+            0,
+            np.float32(here),
+            np.float32(q),
+            np.float32(v),
+            t,
+            half,
+            joints,
+            data,
+            space.scratch[0],
+            space.packet,
+            out,
+        )
         middle = q + 0.3 * v
         others = middle + 0.5 * v * rng.choice([-1.0, 1.0, 0.3], size=(64, robot.n_joints))  # a box, not a segment
         moved = move_points(link_frames(robot.links, others / weight)[:, link], local)
@@ -221,13 +234,14 @@ def test_no_point_moves_further_than_its_bound(name):
 
 def test_edges_against_dense_sampling():
     """Certified clear edges are clear; contacts are contacts; most of what is clear gets certified."""
-    from horosphere.kernels import call_compiled, jit
+    from horosphere.kernels import jit
+    from horosphere.planning._packet_kernels import check_edge
 
     from ._dense import clearances
 
     @jit
-    def check(address, q, v, count, how, margin, self_margin, model, solids, scratch):
-        return call_compiled(address, (q, v, count, how, margin, self_margin, model, solids, scratch))
+    def check(packet, q, v, count, how, margin, self_margin):
+        return check_edge(packet, q, v, np.int64(count), np.int64(how), margin, self_margin)
 
     robot, rng = made("panda"), np.random.default_rng(3)
     obstacles = [o for o in furniture(rng, 14) if not isinstance(o, Ellipsoid)]
@@ -238,8 +252,8 @@ def test_edges_against_dense_sampling():
         v = np.float32(rng.normal(size=7) * 0.3)
         q = np.float32(q)
         margins = space.margins(0.0, 0.0)
-        answer = check(space.edge, q, v, 16, edge.CERTIFIED, *margins, space.model.arrays, space.world, space.scratch)
-        sampled = check(space.edge, q, v, 2, edge.SAMPLED, *margins, space.model.arrays, space.world, space.scratch)
+        answer = check(space.packet, q, v, 16, edge.CERTIFIED, *margins)
+        sampled = check(space.packet, q, v, 2, edge.SAMPLED, *margins)
         path = np.float64(q) + np.linspace(0, 1, 200)[:, None] * np.float64(v)
         outer, inner = clearances(robot, path, obstacles)
         least = min(outer.min(), inner.min())

@@ -29,7 +29,7 @@ def test_rows_are_slopes_of_gaps(name, seed):
     q = free(robot, rng, obstacles, 0.0, low, high)
     law = law_for(robot, q, obstacles)
     space, sight = law.space, 0.6
-    arrays = space.model.arrays, space.world, space.scratch, law.room
+    arrays = law.room, space.packet
 
     def look(q):
         count = _reactive_kernels.near_rows(space.scaled(q), sight, 0.05, *arrays)

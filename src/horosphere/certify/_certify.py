@@ -60,6 +60,8 @@ def _read(scene: Scene, trajectory: Any) -> tuple[Floats, Floats | None, Floats 
             )
         order = [trajectory.names.index(name) for name in robot.joint_names]
         positions, speeds = positions[:, order], None if speeds is None else speeds[:, order]
+    if not getattr(trajectory, "is_timed", True):
+        times = None
     return positions, times, speeds
 
 
@@ -167,9 +169,9 @@ class _Arm:
     def velocities(self) -> bool:
         """Mean velocities between waypoints, and the velocities the trajectory states."""
         assert isinstance(self.robot, Robot)
-        if self.times is None:
-            return True
-        rates = np.abs(np.diff(self.q, axis=0)) / np.diff(self.times)[:, None]
+        rates = np.zeros((len(self.q) - 1, self.q.shape[1]))
+        if self.times is not None:
+            rates = np.abs(np.diff(self.q, axis=0)) / np.diff(self.times)[:, None]
         if self.speeds is not None:
             rates = np.concatenate((rates, np.abs(self.speeds)))
         allowed = self.robot.limits.velocity * (1.0 + SPEED_TOLERANCE)

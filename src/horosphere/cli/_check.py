@@ -12,6 +12,7 @@ from . import _output as out
 from ._plan import certificate_data
 
 CHECKED = ("certificate.json", "report.html")
+_UNTIMED = "the trajectory has no times: mean velocities were not checked, and its waypoints are shown one second apart"
 
 
 def check(
@@ -67,7 +68,8 @@ def check(
             certificate = certify(problem, motion)
         measures = measure(problem, motion)
         said = certificate.reasons[0] if certificate.reasons else ""
-        summary = summarise(problem, motion, measures, certificate=certificate, reason=said)
+        notes = () if motion.is_timed else (_UNTIMED,)
+        summary = summarise(problem, motion, measures, certificate=certificate, reason=said, notes=notes)
         data: dict[str, Any] = {
             "scene": problem.name,
             "trajectory": str(trajectory),
@@ -86,7 +88,7 @@ def check(
             contents = {"certificate.json": to_json(data) + "\n"}
             if has_viser():
                 progress.update("drawing the report")
-                contents["report.html"] = report_html(problem, motion, certificate=certificate)
+                contents["report.html"] = report_html(problem, motion, certificate=certificate, notes=notes)
             with writing_set(folder, CHECKED) as stage:
                 for name, text in contents.items():
                     with writing(stage / name) as file:

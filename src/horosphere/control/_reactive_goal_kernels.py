@@ -38,11 +38,11 @@ def wanted(J, C, T, par, goal, posture, tool, q, M, Jt, H, u):
     for r in range(3):
         v[r] *= scale
     if rank == 6:
-        R = H[7:9].reshape(12)[:9]
+        R = H[7]
         for r in range(3):
             for c in range(3):  # the tool's rotation now
                 R[3 * r + c] = T[k, 3 * r] * tool[c] + T[k, 3 * r + 1] * tool[3 + c] + T[k, 3 * r + 2] * tool[6 + c]
-        E = H[9:11].reshape(12)[:9]
+        E = H[8]
         for r in range(3):
             for c in range(3):
                 E[3 * r + c] = (

@@ -30,6 +30,7 @@ from ._reactive_motion_kernels import (
     SWEEPS,
     TINY,
     TOLERANCE,
+    ZERO,
     closing_speed,
     lookout,
     motion,
@@ -41,6 +42,8 @@ MOVING, ARRIVED, BLOCKED, RETREATING, STOPPING, STOPPED = range(6)
 HALF_SPACE = 3.0
 SLIDE = 2e-4  # m
 CLOSE = 0.02  # m
+# a plain 0 or -1 in a call is a type of its own for numba, and the callee is compiled again for it
+NONE = np.int64(-1)
 
 
 @inner
@@ -52,15 +55,15 @@ def look(J, C, L, F, B, K, S, V, G, P, T, X, M, par, top, reach, stop_time, N, I
     frame and solid and those that are close, and for the nearest pair of two frames. Returns (pairs, rows). seen: the least
     distance to a solid, capsule, solid, and of the robot's own pairs, capsule, pair.
     """
-    rate, count, rows = par[RATE], 0, 0
+    rate, count, rows = par[RATE], ZERO, ZERO
     seen[0], seen[1], seen[2], seen[3], seen[4], seen[5] = np.inf, -1.0, -1.0, np.inf, -1.0, -1.0
     for k in range(1, J.shape[0]):
         if F[k, 1] > F[k, 0]:
             cx = T[k, 9] + T[k, 0] * B[k, 0] + T[k, 1] * B[k, 1] + T[k, 2] * B[k, 2]
             cy = T[k, 10] + T[k, 3] * B[k, 0] + T[k, 4] * B[k, 1] + T[k, 5] * B[k, 2]
             cz = T[k, 11] + T[k, 6] * B[k, 0] + T[k, 7] * B[k, 1] + T[k, 8] * B[k, 2]
-            fast = motion(J, C, T, k, 0, cx, cy, cz, B[k, 3], top, reach)[0]
-            pull = motion(J, C, T, k, 0, cx, cy, cz, B[k, 3], M[3], 0.0)[0]
+            fast = motion(J, C, T, k, ZERO, cx, cy, cz, B[k, 3], top, reach)[0]
+            pull = motion(J, C, T, k, ZERO, cx, cy, cz, B[k, 3], M[3], 0.0)[0]
             for i in range(F[k, 0], F[k, 1]):
                 X[i, 7] = -1.0  # a bound of its own speed, once it is asked for
             for j in range(S.shape[0]):
@@ -72,7 +75,7 @@ def look(J, C, L, F, B, K, S, V, G, P, T, X, M, par, top, reach, stop_time, N, I
                     rough = math.sqrt(x * x + y * y + z * z) - S[j, 4] - B[k, 3]
                 if rough >= need and rough >= seen[0]:
                     continue
-                nearest, best, first = np.inf, -1, count
+                nearest, best, first = np.inf, NONE, count
                 for i in range(F[k, 0], F[k, 1]):
                     if S[j, 0] != HALF_SPACE:
                         x = X[i, 0] + 0.5 * X[i, 3] - S[j, 1]
@@ -83,7 +86,7 @@ def look(J, C, L, F, B, K, S, V, G, P, T, X, M, par, top, reach, stop_time, N, I
                             continue
                         if X[i, 7] < 0.0:
                             x, y, z = X[i, 0] + 0.5 * X[i, 3], X[i, 1] + 0.5 * X[i, 4], X[i, 2] + 0.5 * X[i, 5]
-                            X[i, 7] = motion(J, C, T, k, 0, x, y, z, K[i, 7] - K[i, 6], top, reach)[0]
+                            X[i, 7] = motion(J, C, T, k, ZERO, x, y, z, K[i, 7] - K[i, 6], top, reach)[0]
                         own = X[i, 7]
                         close = max(own * reach + V[j] * stop_time, lookout(own + V[j], pull, rate))
                         if rough >= par[MARGIN] + SLIDE + close and rough >= seen[0]:
@@ -94,8 +97,8 @@ def look(J, C, L, F, B, K, S, V, G, P, T, X, M, par, top, reach, stop_time, N, I
                         seen[0], seen[1], seen[2] = d, i, j
                     if d < need:
                         if count == N.shape[0]:
-                            return -1, rows
-                        keep(N, I, count, d, X, i, t, nx, ny, nz, V[j], -1, j, 0, 0)
+                            return NONE, rows
+                        keep(N, I, count, d, X, i, t, nx, ny, nz, V[j], NONE, j, ZERO, ZERO)
                         if d < nearest:
                             nearest, best = d, count
                         count += 1
@@ -121,7 +124,7 @@ def look(J, C, L, F, B, K, S, V, G, P, T, X, M, par, top, reach, stop_time, N, I
         rough = math.sqrt(x * x + y * y + z * z) - B[ka, 3] - B[kb, 3]
         if rough >= need and rough >= seen[3]:
             continue
-        nearest, best = np.inf, -1
+        nearest, best = np.inf, NONE
         for p in range(G[g, 3], G[g, 4]):
             i, j = P[p, 0], P[p, 1]
             x = X[i, 0] + 0.5 * X[i, 3] - X[j, 0] - 0.5 * X[j, 3]
@@ -135,7 +138,7 @@ def look(J, C, L, F, B, K, S, V, G, P, T, X, M, par, top, reach, stop_time, N, I
                 seen[3], seen[4], seen[5] = d, i, p
             if d < need:
                 if count == N.shape[0]:
-                    return -1, rows
+                    return NONE, rows
                 keep(N, I, count, d, X, i, t, nx, ny, nz, 0.0, j, p, stop, L[j])
                 if d < nearest:
                     nearest, best = d, count
@@ -214,7 +217,7 @@ def project(u, A, b, rows, M, lo, hi, lam, nu, sweeps):
             break
 
 
-@jit
+@jit(_nrt=False)
 def step_into(J, C, L, K, F, B, S, V, E, G, P, M, par, goal, posture, tool, q, before, expected, work, I, out):
     """One period: q (n,), velocity `before` (n,); `expected` (n,) is where q has to be for the stop from `before` to be proved.
 
@@ -251,7 +254,7 @@ def step_into(J, C, L, K, F, B, S, V, E, G, P, M, par, goal, posture, tool, q, b
         J, C, L, F, B, K, S, V, G, P, T, X, M, par, top, longest, latest + h, N, I, A, b, out[n + 1 : n + 7]
     )
     error, angle = wanted(J, C, T, par, goal, posture, tool, q, M, Jt, H, base)
-    away, found, rows = False, rows, 0
+    away, found, rows = False, rows, ZERO
     for r in range(found):
         p, speed = int(b[r, 2]), b[r, 1]
         i, j, stop = I[p, 0], I[p, 1], I[p, 3]

@@ -15,6 +15,7 @@ from ..distance._body_kernels import inner
 # places in the array `par`
 PERIOD, MARGIN, OWN_MARGIN, RATE, GAIN, TIP, SPEED, TURN, POSTURE, SWEEPS, TOLERANCE, ANGLE, RETREAT = range(13)
 TINY = 1e-12
+ZERO = np.int64(0)  # a plain 0 in a call is a type of its own for numba
 
 
 @inner
@@ -129,10 +130,10 @@ def proved(J, C, L, K, T, X, W, N, I, count, M, par, q, u):
         ends = 1 if X[i, 3] == 0.0 and X[i, 4] == 0.0 and X[i, 5] == 0.0 else 2
         if j < 0:
             if X[i, 7] < 0.0:
-                fast, bend = motion(J, C, T, k, 0, X[i, 0], X[i, 1], X[i, 2], 0.0, u, reach)
+                fast, bend = motion(J, C, T, k, ZERO, X[i, 0], X[i, 1], X[i, 2], 0.0, u, reach)
                 if ends == 2:
                     x, y, z = X[i, 0] + X[i, 3], X[i, 1] + X[i, 4], X[i, 2] + X[i, 5]
-                    faster, more = motion(J, C, T, k, 0, x, y, z, 0.0, u, reach)
+                    faster, more = motion(J, C, T, k, ZERO, x, y, z, 0.0, u, reach)
                     fast, bend = max(fast, faster), max(bend, more)
                 X[i, 7], X[i, 8] = fast, 0.5 * bend
             if d - speed * time - X[i, 7] * reach >= margin + 1e-11:

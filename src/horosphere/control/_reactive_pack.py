@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..distance import pack_robot
-from ..kinematics import forward
 from ..robots import Robot
+from ..robots._placement import compose, link_frames, rotation_translation
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -87,7 +87,9 @@ def _tip(robot: Robot, J: Integers, C: Floats) -> tuple[int, Floats]:
         elif J[k, 1] == 2:
             motion[2, 3] = value
         frame = frame @ turn @ motion
-    tool = np.linalg.inv(frame) @ forward(robot, q).as_matrix()
+    pose = np.eye(4)
+    pose[:3, :3], pose[:3, 3] = rotation_translation(compose(link_frames(robot.links, q)[robot.tip], robot.tool))
+    tool = np.linalg.inv(frame) @ pose
     return tip, np.append(tool[:3, :3].ravel(), tool[:3, 3])
 
 
@@ -104,5 +106,5 @@ def workspace(arm: Arm, solids: int, n: int) -> tuple[tuple[Floats, ...], Intege
     m, frames = len(arm.L), len(arm.J)
     pairs = min(m * solids + len(arm.P), 8192)
     rows = min(frames * solids + len(arm.G), 256)
-    shapes = ((frames, 12), (m, 9), (frames, 6), (pairs, 8), (rows, n), (rows, 6), (12, 6), (6, n), (8, n), (rows, 3))
+    shapes = ((frames, 12), (m, 9), (frames, 6), (pairs, 8), (rows, n), (rows, 6), (12, 9), (6, n), (8, n), (rows, 3))
     return tuple(np.zeros(shape) for shape in shapes), np.zeros((pairs, 5), np.int64)

@@ -31,7 +31,8 @@ def save_trajectory(trajectory: Trajectory, path: str | Path) -> Path:
 def load_trajectory(path: str | Path) -> Trajectory:
     """The trajectory in a file, also one from another planner: NPZ with `q` (and `time`), CSV with a header, MCAP.
 
-    A CSV column is `time`, NAME, NAME.velocity or NAME.acceleration; without time the waypoints are one second apart.
+    A CSV column is `time`, NAME, NAME.velocity or NAME.acceleration; without time the waypoints count as one second apart, and
+    `is_timed` is False: then velocities are not checked.
     Raises InputError naming the file, and the line where there is one.
     """
     path = Path(path)
@@ -74,7 +75,7 @@ def _load_npz(path: Path) -> Trajectory:
     count = len(np.atleast_1d(data["q"]))
     names = tuple(str(name) for name in np.atleast_1d(data.get("names", np.zeros(0, np.str_))))
     time = data.get("time", np.arange(float(count)))
-    return Trajectory(time, data["q"], data.get("dq"), data.get("ddq"), names)
+    return Trajectory(time, data["q"], data.get("dq"), data.get("ddq"), names, "time" in data)
 
 
 def _columns(trajectory: Trajectory) -> tuple[list[str], np.ndarray]:
@@ -134,7 +135,7 @@ def _load_csv(path: Path) -> Trajectory:
             raise InputError(f"{missing + ending!r} is missing, {given[0] + ending!r} is there", place=f"{path}:1")
         values.append(np.stack([columns[name + ending] for name in names], axis=1) if given else None)  # type: ignore[arg-type]
     time = columns.get("time", np.arange(float(len(table))))
-    return Trajectory(time, values[0], values[1], values[2], tuple(names))
+    return Trajectory(time, values[0], values[1], values[2], tuple(names), "time" in columns)
 
 
 def _is_number(text: str) -> bool:

@@ -233,9 +233,7 @@ class Improver:
         points[0] = space.scaled(self.search.start)
         found, first = [], 0
         while first < len(points) - 1:
-            k = certify(
-                space.edge, points[first:], len(points) - first, *margins, space.model.arrays, space.world, space.scratch
-            )  # fmt: skip
+            k = certify(space.packet, points[first:], len(points) - first, *margins, space.room.work[0])
             if k < 0:
                 break
             found.append(first + int(k))

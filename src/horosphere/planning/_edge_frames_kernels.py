@@ -7,7 +7,6 @@ from ..kernels import (
     absolute,
     atom,
     floor,
-    jit,
     kernel,
     lane_sqrt,
     load_columns,
@@ -18,6 +17,7 @@ from ..kernels import (
     store_columns,
     where_lt,
 )
+from ._packet_kernels import inner, opened
 
 LANES = (0,) * 16
 WIDTH = len(LANES)
@@ -78,7 +78,7 @@ def lever_square(p, axis):
 next_frame_inline, carried_inline, lever_square_inline = next_frame.inline, carried.inline, lever_square.inline
 
 
-@jit(_nrt=False, forceinline=True)
+@inner
 def place_frames(q, v, t, joints, joint_data, frames):
     """Write the frames at q + t v, one t in each lane."""
     for f in range(1, joints.shape[0]):
@@ -88,13 +88,15 @@ def place_frames(q, v, t, joints, joint_data, frames):
         store_columns(frames, 12 * WIDTH * f, next_frame_inline(*parent, at, *load_records(joint_data, f, 16, (0,))))
 
 
-@jit(_nrt=False)
-def motion_bound(frame, stop, x, y, z, half, v, joints, joint_data, frames):
+@inner
+def motion_bound(frame, stop, x, y, z, half, v, packet):
     """No point (x, y, z) fixed to `frame` moves further than this, seen from frame `stop`, within `half` of the middle.
 
     Joint after joint from the point inwards: a turn by at most a moves it by at most a times its distance from the axis
     in the middle plus what the joints before have moved it (a distance from a line changes by no more than that).
     """
+    model, world, scratch = opened(packet)
+    joints, joint_data, frames = model[0], model[1], scratch[0]
     total = half * 0.0
     f = frame
     while f != stop:

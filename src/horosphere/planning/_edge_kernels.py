@@ -1,6 +1,6 @@
 """Is a straight joint motion free of contact? Sixteen configurations at a time, float32, one in each lane.
 
-Data (made by `_tree_model` and `_world_kernels`):
+Data (made by `_tree_model` and `_world_kernels`, passed as a packet, see `_packet_kernels`):
   model = (joints, joint_data, bodies, body_balls, groups, group_balls, balls, pairs, group_pairs)
     joints (F, 2)        parent frame, coordinate; frame 0 is the base, its row is not read
     joint_data (F, 16)   axes x, y, z and origin of the joint frame in its parent; turn and its offset, slide and its offset
@@ -11,7 +11,7 @@ Data (made by `_tree_model` and `_world_kernels`):
     group_pairs (K, 2)   the groups of theirs that are checked against each other, those of one group together
   world = (upright, boxes, cylinders, capsules, ellipsoids, reach): solids by kind, nearest to the root first;
     reach (C, 10): how many of each kind body c can come near to; bits: those of the first 63 of each kind that it may touch
-  scratch = (frames, centres, near, stack, ramp, work): lanes of the frames (12 each), of ball centres; a list of solids;
+  scratch = (frames, centres, near, stack, ramp, work): lanes of the frames (12 each), of ball centres; solids (8 index + kind);
     pieces of a motion still to be certified; (1, 2, .. 16) / 16 and 0, 1, .. 15; three configurations, for the callers
 
 Motions are q + t v, t in [0, 1]. Distances are compared as squares: no root in the inner loops.
@@ -19,9 +19,10 @@ Motions are q + t v, t in [0, 1]. Distances are compared as squares: no root in 
 
 import numpy as np
 
-from ..kernels import jit, lane_mask_lt, load_columns, load_lanes, load_records, store_columns
+from ..kernels import lane_mask_lt, load_columns, load_lanes, load_records, store_columns
 from ._edge_frames_kernels import LANES, WIDTH, motion_bound, place_frames
 from ._edge_frames_kernels import carried_inline as _carried
+from ._packet_kernels import inner, opened
 from ._world_kernels import box_square, cylinder_square, ellipsoid_square, segment_square, upright_square
 
 CONTACT, UNDECIDED, CLEAR = -1, 0, 1
@@ -34,36 +35,63 @@ _upright, _box, _cylinder = upright_square.inline, box_square.inline, cylinder_s
 _segment, _ellipsoid = segment_square.inline, ellipsoid_square.inline
 
 
-@jit(_nrt=False)
-def touches(world, near, k0, k1, k2, k3, k4, x, y, z, r):
-    """Whether a ball comes near to one of the listed solids in some lane."""
+@inner(forceinline=True)
+def square_from(kind, i, x, y, z, world):
+    """Squared distances of points on lanes from one solid (of a capsule, from its axis), and its radius (of a capsule)."""
     upright, boxes, cylinders, capsules, ellipsoids, reach = world
-    rr = r * r
-    for k in range(k0):
-        if lane_mask_lt(_upright(x, y, z, *load_records(upright, near[k], 8, (0,)))[0], rr):
-            return True
-    for k in range(k0, k1):
-        if lane_mask_lt(_box(x, y, z, *load_records(boxes, near[k], 16, (0,)))[0], rr):
-            return True
-    for k in range(k1, k2):
-        if lane_mask_lt(_cylinder(x, y, z, *load_records(cylinders, near[k], 8, (0,)))[0], rr):
-            return True
-    for k in range(k2, k3):
-        R = r + capsules[near[k], 7]
-        if lane_mask_lt(_segment(x, y, z, *load_records(capsules, near[k], 8, (0,)))[0], R * R):
-            return True
-    for k in range(k3, k4):
-        if lane_mask_lt(_ellipsoid(x, y, z, *load_records(ellipsoids, near[k], 16, (0,)))[0], rr):
-            return True
-    return False
+    if kind == 0:
+        return _upright(x, y, z, *load_records(upright, i, 8, (0,)))[0], np.float32(0.0)
+    if kind == 1:
+        return _box(x, y, z, *load_records(boxes, i, 16, (0,)))[0], np.float32(0.0)
+    if kind == 2:
+        return _cylinder(x, y, z, *load_records(cylinders, i, 8, (0,)))[0], np.float32(0.0)
+    if kind == 3:
+        return _segment(x, y, z, *load_records(capsules, i, 8, (0,)))[0], capsules[i, 7]
+    return _ellipsoid(x, y, z, *load_records(ellipsoids, i, 16, (0,)))[0], np.float32(0.0)
 
 
-@jit(_nrt=False, forceinline=True)
-def body_clear(c, half, v, how, margin, model, world, scratch):
+@inner
+def come_near(c, x, y, z, r, packet):
+    """Fills `near` with the solids that balls of radius r round points of body c meet in some lane: 8 index + kind each."""
+    model, world, scratch = opened(packet)
+    reach, near = world[5], scratch[2]
+    count = 0
+    for kind in range(5):
+        for i in range(reach[c, kind]):
+            if i < 63 and (reach[c, 5 + kind] >> i) & 1:  # it may touch this one
+                continue
+            square, more = square_from(kind, i, x, y, z, world)
+            R = r + more
+            if lane_mask_lt(square, R * R):
+                near[count] = 8 * i + kind
+                count += 1
+    return count
+
+
+@inner
+def ball_unclear(count, x, y, z, r, r0, packet):
+    """Lanes (bits) where a ball of radius r meets one of the `count` solids in `near`; -1 if one of radius r0 does."""
+    model, world, scratch = opened(packet)
+    near = scratch[2]
+    unclear = 0
+    for k in range(count):
+        square, more = square_from(near[k] & 7, near[k] >> 3, x, y, z, world)
+        R = r + more
+        hit = lane_mask_lt(square, R * R)
+        if hit:
+            unclear |= hit
+            R0 = r0 + more
+            if lane_mask_lt(square, R0 * R0):
+                return -1
+    return unclear
+
+
+@inner
+def body_clear(c, half, v, how, margin, packet):
     """As `block_clear`, of one body against the solids; the frames are placed already."""
+    model, world, scratch = opened(packet)
     joints, joint_data, bodies, body_balls, groups, group_balls, balls, pairs, group_pairs = model
-    upright, boxes, cylinders, capsules, ellipsoids, reach = world
-    frames, centres, near, stack, ramp, work = scratch
+    frames, centres = scratch[0], scratch[1]
     unclear, moving, base = 0, how == CERTIFIED, joints[0, 0]
     f = bodies[c, 0]
     frame = load_columns(frames, 12 * WIDTH * f, 12, LANES)
@@ -74,103 +102,35 @@ def body_clear(c, half, v, how, margin, model, world, scratch):
     nothing = half * 0.0
     r = nothing + (body_balls[c, 3] + margin)
     if moving:
-        r = r + motion_bound(f, base, x, y, z, half, v, joints, joint_data, frames)
-    rr = r * r
-    k0 = np.int64(0)
-    for i in range(reach[c, 0]):
-        if i < 63 and (reach[c, 5] >> i) & 1:
-            continue
-        if lane_mask_lt(_upright(x, y, z, *load_records(upright, i, 8, (0,)))[0], rr):
-            near[k0] = i
-            k0 += 1
-    k1 = k0
-    for i in range(reach[c, 1]):
-        if i < 63 and (reach[c, 6] >> i) & 1:
-            continue
-        if lane_mask_lt(_box(x, y, z, *load_records(boxes, i, 16, (0,)))[0], rr):
-            near[k1] = i
-            k1 += 1
-    k2 = k1
-    for i in range(reach[c, 2]):
-        if i < 63 and (reach[c, 7] >> i) & 1:
-            continue
-        if lane_mask_lt(_cylinder(x, y, z, *load_records(cylinders, i, 8, (0,)))[0], rr):
-            near[k2] = i
-            k2 += 1
-    k3 = k2
-    for i in range(reach[c, 3]):
-        if i < 63 and (reach[c, 8] >> i) & 1:
-            continue
-        R = r + capsules[i, 7]
-        if lane_mask_lt(_segment(x, y, z, *load_records(capsules, i, 8, (0,)))[0], R * R):
-            near[k3] = i
-            k3 += 1
-    k4 = k3
-    for i in range(reach[c, 4]):
-        if i < 63 and (reach[c, 9] >> i) & 1:
-            continue
-        if lane_mask_lt(_ellipsoid(x, y, z, *load_records(ellipsoids, i, 16, (0,)))[0], rr):
-            near[k4] = i
-            k4 += 1
-    if k4 == 0:
+        r = r + motion_bound(f, base, x, y, z, half, v, packet)
+    count = come_near(c, x, y, z, r, packet)
+    if count == 0:
         return unclear
     for g in range(bodies[c, 1], bodies[c, 2]):
         if bodies[c, 2] - bodies[c, 1] > 1:
             x, y, z = _carried(*frame, *load_records(group_balls, g, 4, (0,)))
             r = nothing + (group_balls[g, 3] + margin)
             if moving:
-                r = r + motion_bound(f, base, x, y, z, half, v, joints, joint_data, frames)
-            if not touches(world, near, k0, k1, k2, k3, k4, x, y, z, r):
+                r = r + motion_bound(f, base, x, y, z, half, v, packet)
+            if not ball_unclear(count, x, y, z, r, r, packet):
                 continue
         for b in range(groups[g, 0], groups[g, 1]):
             x, y, z = _carried(*frame, *load_records(balls, b, 4, (0,)))
-            r0 = balls[b, 3] + margin
-            r = nothing + r0
+            r0 = nothing + (balls[b, 3] + margin)
+            r = r0
             if moving:
-                r = r + motion_bound(f, base, x, y, z, half, v, joints, joint_data, frames)
-            rr = r * r
-            for k in range(k0):
-                square = _upright(x, y, z, *load_records(upright, near[k], 8, (0,)))[0]
-                hit = lane_mask_lt(square, rr)
-                if hit:
-                    unclear |= hit
-                    if lane_mask_lt(square, r0 * r0):
-                        return -1
-            for k in range(k0, k1):
-                square = _box(x, y, z, *load_records(boxes, near[k], 16, (0,)))[0]
-                hit = lane_mask_lt(square, rr)
-                if hit:
-                    unclear |= hit
-                    if lane_mask_lt(square, r0 * r0):
-                        return -1
-            for k in range(k1, k2):
-                square = _cylinder(x, y, z, *load_records(cylinders, near[k], 8, (0,)))[0]
-                hit = lane_mask_lt(square, rr)
-                if hit:
-                    unclear |= hit
-                    if lane_mask_lt(square, r0 * r0):
-                        return -1
-            for k in range(k2, k3):
-                square = _segment(x, y, z, *load_records(capsules, near[k], 8, (0,)))[0]
-                R, R0 = r + capsules[near[k], 7], r0 + capsules[near[k], 7]
-                hit = lane_mask_lt(square, R * R)
-                if hit:
-                    unclear |= hit
-                    if lane_mask_lt(square, R0 * R0):
-                        return -1
-            for k in range(k3, k4):
-                square = _ellipsoid(x, y, z, *load_records(ellipsoids, near[k], 16, (0,)))[0]
-                hit = lane_mask_lt(square, rr)
-                if hit:
-                    unclear |= hit
-                    if lane_mask_lt(square, r0 * r0):
-                        return -1
+                r = r + motion_bound(f, base, x, y, z, half, v, packet)
+            found = ball_unclear(count, x, y, z, r, r0, packet)
+            if found < 0:
+                return -1
+            unclear |= found
     return unclear
 
 
-@jit(_nrt=False, forceinline=True)
-def pair_clear(p, half, v, how, margin, model, scratch):
+@inner
+def pair_clear(p, half, v, how, margin, packet):
     """As `block_clear`, of two bodies against each other; the centres of the bodies are placed already."""
+    model, world, scratch = opened(packet)
     joints, joint_data, bodies, body_balls, groups, group_balls, balls, pairs, group_pairs = model
     frames, centres, near, stack, ramp, work = scratch
     unclear, moving = 0, how == CERTIFIED
@@ -181,10 +141,10 @@ def pair_clear(p, half, v, how, margin, model, scratch):
     cx, cy, cz = load_columns(centres, 3 * WIDTH * cb, 3, LANES)
     rc = nothing + (body_balls[cb, 3] + margin)
     if moving:
-        rc = rc + motion_bound(fb, stop, cx, cy, cz, half, v, joints, joint_data, frames)
+        rc = rc + motion_bound(fb, stop, cx, cy, cz, half, v, packet)
     r = rc + body_balls[ca, 3]
     if moving:
-        r = r + motion_bound(fa, stop, ax, ay, az, half, v, joints, joint_data, frames)
+        r = r + motion_bound(fa, stop, ax, ay, az, half, v, packet)
     dx, dy, dz = ax - cx, ay - cy, az - cz
     if not lane_mask_lt(dx * dx + dy * dy + dz * dz, r * r):
         return unclear
@@ -202,7 +162,7 @@ def pair_clear(p, half, v, how, margin, model, scratch):
             gx, gy, gz = _carried(*frame_a, *load_records(group_balls, ga, 4, (0,)))
             rg = nothing + group_balls[ga, 3]
             if moving:
-                rg = rg + motion_bound(fa, stop, gx, gy, gz, half, v, joints, joint_data, frames)
+                rg = rg + motion_bound(fa, stop, gx, gy, gz, half, v, packet)
             dx, dy, dz, r = gx - cx, gy - cy, gz - cz, rg + rc
             apart = lane_mask_lt(dx * dx + dy * dy + dz * dz, r * r) == 0
         if apart:
@@ -210,7 +170,7 @@ def pair_clear(p, half, v, how, margin, model, scratch):
         bx, by, bz = _carried(*frame_b, *load_records(group_balls, gb, 4, (0,)))
         rb = nothing + (group_balls[gb, 3] + margin)
         if moving:
-            rb = rb + motion_bound(fb, stop, bx, by, bz, half, v, joints, joint_data, frames)
+            rb = rb + motion_bound(fb, stop, bx, by, bz, half, v, packet)
         dx, dy, dz, r = gx - bx, gy - by, gz - bz, rg + rb
         if not lane_mask_lt(dx * dx + dy * dy + dz * dz, r * r):
             continue
@@ -219,7 +179,7 @@ def pair_clear(p, half, v, how, margin, model, scratch):
             ax, ay, az = _carried(*frame_a, *load_records(balls, a, 4, (0,)))
             ra = nothing + balls[a, 3]
             if moving:
-                ra = ra + motion_bound(fa, stop, ax, ay, az, half, v, joints, joint_data, frames)
+                ra = ra + motion_bound(fa, stop, ax, ay, az, half, v, packet)
             dx, dy, dz, r = ax - bx, ay - by, az - bz, ra + rb
             if lane_mask_lt(dx * dx + dy * dy + dz * dz, r * r):
                 store_columns(centres, last + 4 * WIDTH * found, (ax, ay, az, ra))
@@ -231,7 +191,7 @@ def pair_clear(p, half, v, how, margin, model, scratch):
             bx, by, bz = _carried(*frame_b, *load_records(balls, b, 4, (0,)))
             rb = nothing + (balls[b, 3] + margin)
             if moving:
-                rb = rb + motion_bound(fb, stop, bx, by, bz, half, v, joints, joint_data, frames)
+                rb = rb + motion_bound(fb, stop, bx, by, bz, half, v, packet)
             for i in range(found):
                 ax, ay, az, ra = load_columns(centres, last + 4 * WIDTH * i, 4, LANES)
                 dx, dy, dz, r = ax - bx, ay - by, az - bz, ra + rb
@@ -245,39 +205,40 @@ def pair_clear(p, half, v, how, margin, model, scratch):
     return unclear
 
 
-@jit(_nrt=False, forceinline=True)
-def block_clear(q, v, t, half, how, margin, self_margin, model, world, scratch):
+@inner
+def block_clear(q, v, t, half, how, margin, self_margin, packet):
     """Lanes (bits) where contact is not excluded within `half` of q + t v; -1 if some middle is nearer than the margin.
 
     SAMPLED: half is 0, a lane is in contact or it is not.
     """
-    joints, joint_data, bodies, body_balls, groups, group_balls, balls, pairs, group_pairs = model
-    frames, centres, near, stack, ramp, work = scratch
-    place_frames(q, v, t, joints, joint_data, frames)
+    model, world, scratch = opened(packet)
+    joints, joint_data, bodies, pairs = model[0], model[1], model[2], model[7]
+    place_frames(q, v, t, joints, joint_data, scratch[0])
     unclear = 0
     for c in range(bodies.shape[0] - 1, -1, -1):  # the far end first: it is what mostly hits
-        found = body_clear(c, half, v, how, margin, model, world, scratch)
+        found = body_clear(c, half, v, how, margin, packet)
         if found < 0:
             return found
         unclear |= found
     for p in range(pairs.shape[0]):
-        found = pair_clear(p, half, v, how, self_margin, model, scratch)
+        found = pair_clear(p, half, v, how, self_margin, packet)
         if found < 0:
             return found
         unclear |= found
     return unclear
 
 
-@jit(_nrt=False)
-def edge_clear(q, v, count, how, margin, self_margin, model, world, scratch):
+@inner
+def edge_clear(q, v, count, how, margin, self_margin, packet):
     """CLEAR, CONTACT or UNDECIDED for the motion q + t v, t in [0, 1].
 
     SAMPLED: `count` blocks of 16 evenly spaced configurations, the first one left out. CERTIFIED: from `count` pieces
     on, a piece is halved until contact is excluded between its ends too.
     WHOLE: every configuration between q and q + v joint by joint, a box, at once.
     """
-    frames, centres, near, stack, ramp, work = scratch
-    certified = how in (CERTIFIED, WHOLE)
+    model, world, scratch = opened(packet)
+    stack, ramp = scratch[3], scratch[4]
+    certified = how != SAMPLED
     if certified:
         for i in range(count):
             stack[0, i], stack[1, i] = (i + 0.5) / count, 0.5 / count + WIDEN
@@ -294,9 +255,7 @@ def edge_clear(q, v, count, how, margin, self_margin, model, world, scratch):
             t, half = load_lanes(stack, first, LANES), load_lanes(stack, STACK + first, LANES)
         else:
             t = load_lanes(ramp, 0, LANES) * (1.0 / count) + (count - left) / count
-        unclear = block_clear(
-            q, v, t, half, CERTIFIED if certified else how, margin, self_margin, model, world, scratch
-        )
+        unclear = block_clear(q, v, t, half, CERTIFIED if certified else how, margin, self_margin, packet)
         if unclear < 0:
             return CONTACT
         if not certified:

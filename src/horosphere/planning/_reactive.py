@@ -137,8 +137,8 @@ class _Law:
         sights = SIGHT * space.model.reach, SELF_SIGHT * space.model.reach
         with _timed(self.search.timings, "follow"):
             count = follow(
-                space.edge, b, 1, MOST, STEP, *sights, GAIN, barrier, SWEEPS, space.low, space.high, path, *margins,
-                space.model.arrays, space.world, space.scratch, self.room,
+                space.packet, b, 1, MOST, STEP, *sights, GAIN, barrier, SWEEPS, space.low, space.high, path, *margins,
+                space.room.work[0], self.room,
             )  # fmt: skip
         self.search.iterations += abs(count)
         return path[:count].copy() if count > 0 else None

@@ -12,42 +12,28 @@ import math
 
 import numpy as np
 
-from ..kernels import jit, lane_sqrt, load_lanes, load_records, store_lanes
-from ._edge_kernels import (
-    LANES,
-    SAMPLED,
-    WIDTH,
-    _box,
-    _cylinder,
-    _ellipsoid,
-    _segment,
-    _upright,
-    place_frames,
-)
+from ..kernels import jit, lane_sqrt, load_lanes, store_lanes
+from ._edge_kernels import LANES, SAMPLED, WIDTH, place_frames, square_from
+from ._packet_kernels import inner, opened
 from ._tree_kernels import motion_clear
 
 PROBE = 1e-3  # metres between the points from which the direction away from a solid is read
 FURTHER = 6  # steps without getting nearer before it gives up
 
 
-@jit(_nrt=False)
-def distance_to(kind, i, x, y, z, world):
-    """Distances of points on lanes from one solid, zero inside."""
-    upright, boxes, cylinders, capsules, ellipsoids, reach = world
-    if kind == 0:
-        return lane_sqrt(_upright(x, y, z, *load_records(upright, i, 8, (0,)))[0])
-    if kind == 1:
-        return lane_sqrt(_box(x, y, z, *load_records(boxes, i, 16, (0,)))[0])
-    if kind == 2:
-        return lane_sqrt(_cylinder(x, y, z, *load_records(cylinders, i, 8, (0,)))[0])
-    if kind == 3:
-        return lane_sqrt(_segment(x, y, z, *load_records(capsules, i, 8, (0,)))[0]) - capsules[i, 7]
-    return lane_sqrt(_ellipsoid(x, y, z, *load_records(ellipsoids, i, 16, (0,)))[0])
+@inner
+def distance_to(kind, i, x, y, z, packet):
+    """Distances of points on lanes from one solid, zero inside (of a capsule negative)."""
+    model, world, scratch = opened(packet)
+    square, more = square_from(kind, i, x, y, z, world)
+    return lane_sqrt(square) - more
 
 
-@jit(_nrt=False)
-def add_slope(row, sign, x, y, z, nx, ny, nz, frame, stop, joints, joint_data, frames):
+@inner
+def add_slope(row, sign, x, y, z, nx, ny, nz, frame, stop, packet):
     """Add sign n . dx/dq of a point fixed to `frame`, seen from frame `stop`, to a row."""
+    model, world, scratch = opened(packet)
+    joints, joint_data, frames = model[0], model[1], scratch[0]
     f = frame
     while f != stop:
         k = 12 * WIDTH * f
@@ -60,8 +46,9 @@ def add_slope(row, sign, x, y, z, nx, ny, nz, frame, stop, joints, joint_data, f
 
 
 @jit(_nrt=False)
-def near_rows(q, sight, self_sight, model, world, scratch, room):
+def near_rows(q, sight, self_sight, room, packet):
     """Fills rows and limits (gaps) with everything within `sight` (m) of q; returns how many there are."""
+    model, world, scratch = opened(packet)
     joints, joint_data, bodies, body_balls, groups, group_balls, balls, pairs, group_pairs = model
     frames, ramp = scratch[0], scratch[4]
     points, gaps, rows, limits, weights, multipliers, u, v, best, middles, body_of = room
@@ -103,7 +90,7 @@ def near_rows(q, sight, self_sight, model, world, scratch, room):
                     load_lanes(points, width + b, LANES),
                     load_lanes(points, 2 * width + b, LANES),
                 )
-                store_lanes(gaps, b, distance_to(kind, i, x, y, z, world) - load_lanes(points, 3 * width + b, LANES))
+                store_lanes(gaps, b, distance_to(kind, i, x, y, z, packet) - load_lanes(points, 3 * width + b, LANES))
             for g in range(groups.shape[0]):
                 c = body_of[g]
                 touching = i < 63 and (reach[c, 5 + kind] >> i) & 1  # it may
@@ -127,7 +114,7 @@ def near_rows(q, sight, self_sight, model, world, scratch, room):
                     load_lanes(best, 0, LANES),
                     load_lanes(best, WIDTH, LANES),
                     load_lanes(best, 2 * WIDTH, LANES),
-                    world,
+                    packet,
                 )
                 store_lanes(best, 0, probes)
                 nx, ny, nz = best[0] - best[3], best[1] - best[4], best[2] - best[5]
@@ -137,8 +124,7 @@ def near_rows(q, sight, self_sight, model, world, scratch, room):
                 for j in range(n):
                     rows[count, j] = 0.0
                 add_slope(
-                    rows[count], 1.0, x, y, z, nx / length, ny / length, nz / length, bodies[c, 0], joints[0, 0], joints,
-                    joint_data, frames,
+                    rows[count], 1.0, x, y, z, nx / length, ny / length, nz / length, bodies[c, 0], joints[0, 0], packet,
                 )  # fmt: skip
                 limits[count] = least
                 count += 1
@@ -174,12 +160,10 @@ def near_rows(q, sight, self_sight, model, world, scratch, room):
         for j in range(n):
             rows[count, j] = 0.0
         add_slope(
-            rows[count], 1.0, points[0, first], points[1, first], points[2, first], nx, ny, nz, bodies[ca, 0], stop, joints,
-            joint_data, frames,
+            rows[count], 1.0, points[0, first], points[1, first], points[2, first], nx, ny, nz, bodies[ca, 0], stop, packet,
         )  # fmt: skip
         add_slope(
-            rows[count], -1.0, points[0, second], points[1, second], points[2, second], nx, ny, nz, bodies[cb, 0], stop, joints,
-            joint_data, frames,
+            rows[count], -1.0, points[0, second], points[1, second], points[2, second], nx, ny, nz, bodies[cb, 0], stop, packet,
         )  # fmt: skip
         limits[count] = least
         count += 1
@@ -216,12 +200,11 @@ def project(u, count, gain, margin, sweeps, room):
 
 
 @jit(_nrt=False)
-def follow(edge, goal, first, most, step, sight, self_sight, gain, barrier, sweeps, low, high, path, margin, self_margin,
-           model, world, scratch, room):  # fmt: skip
+def follow(packet, goal, first, most, step, sight, self_sight, gain, barrier, sweeps, low, high, path, margin, self_margin,
+           q, room):  # fmt: skip
     """Follow the law from path[first - 1] to `goal`; appends to the path. Points now, or minus that where it got stuck."""
     u, v = room[6], room[7]
     n = goal.shape[0]
-    q = scratch[5][0]
     for j in range(n):
         q[j] = path[first - 1, j]
     count, nearest, since = first, 1e9, 0
@@ -234,9 +217,7 @@ def follow(edge, goal, first, most, step, sight, self_sight, gain, barrier, swee
         distance = math.sqrt(distance)
         if count + 1 >= path.shape[0]:
             return -count
-        if turn % 4 == 0 and motion_clear(
-            edge, q, v, distance, np.int64(SAMPLED), margin, self_margin, model, world, scratch
-        ):
+        if turn % 4 == 0 and motion_clear(packet, q, v, distance, np.int64(SAMPLED), margin, self_margin):
             for j in range(n):
                 path[count, j] = goal[j]
             return count + 1
@@ -244,7 +225,7 @@ def follow(edge, goal, first, most, step, sight, self_sight, gain, barrier, swee
             nearest, since = distance, turn
         elif turn - since > FURTHER:
             return -count
-        rows = near_rows(q, sight, self_sight, model, world, scratch, room)
+        rows = near_rows(q, sight, self_sight, room, packet)
         for j in range(n):
             u[j] = (goal[j] - q[j]) * np.float32(min(1.0, step / max(distance, 1e-9)))
         project(u, rows, gain, barrier, sweeps, room)
@@ -259,7 +240,7 @@ def follow(edge, goal, first, most, step, sight, self_sight, gain, barrier, swee
             length = math.sqrt(length)
             if length < 0.02 * step:
                 break
-            if motion_clear(edge, q, v, length, np.int64(SAMPLED), margin, self_margin, model, world, scratch):
+            if motion_clear(packet, q, v, length, np.int64(SAMPLED), margin, self_margin):
                 moved = True
                 break
             for j in range(n):

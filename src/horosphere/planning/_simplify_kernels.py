@@ -6,20 +6,21 @@ import numpy as np
 
 from ..kernels import jit
 from ._edge_kernels import CERTIFIED, SAMPLED
+from ._packet_kernels import inner
 from ._tree_kernels import motion_clear
 
 
-@jit(_nrt=False)
-def segment_clear(edge, a, b, v, margin, self_margin, model, world, scratch):
+@inner
+def segment_clear(packet, a, b, v, margin, self_margin):
     """Whether the straight motion between two configurations is clear at its samples; v is overwritten."""
     length = 0.0
     for j in range(len(a)):
         v[j] = b[j] - a[j]
         length += v[j] * v[j]
-    return motion_clear(edge, a, v, math.sqrt(length), np.int64(SAMPLED), margin, self_margin, model, world, scratch)
+    return motion_clear(packet, a, v, math.sqrt(length), np.int64(SAMPLED), margin, self_margin)
 
 
-@jit(_nrt=False)
+@inner
 def drop_points(path, first, count, dropped):
     """Remove `dropped` points from `first` on; returns how many are left."""
     for i in range(first, count - dropped):
@@ -28,21 +29,21 @@ def drop_points(path, first, count, dropped):
     return count - dropped
 
 
-@jit(_nrt=False)
-def shortcut(edge, path, count, v, margin, self_margin, model, world, scratch):
+@inner
+def shortcut(packet, path, count, v, margin, self_margin):
     """From each point straight to the last point that can be reached so."""
     i = 0
     while i < count - 2:
         for k in range(count - 1, i + 1, -1):
-            if segment_clear(edge, path[i], path[k], v, margin, self_margin, model, world, scratch):
+            if segment_clear(packet, path[i], path[k], v, margin, self_margin):
                 count = drop_points(path, i + 1, count, k - i - 1)
                 break
         i += 1
     return count
 
 
-@jit(_nrt=False)
-def cut_corner(edge, path, i, count, tries, least_gain, work, margin, self_margin, model, world, scratch):
+@inner
+def cut_corner(packet, path, i, count, tries, least_gain, work, margin, self_margin):
     """Replace corner i by a chord between its legs, if one is clear: (points now, next corner, whether it was cut).
 
     The chord is the only new motion: what is left of the legs is part of motions that are clear already.
@@ -66,7 +67,7 @@ def cut_corner(edge, path, i, count, tries, least_gain, work, margin, self_margi
             a[j] = path[i, j] + (path[i - 1, j] - path[i, j]) * np.float32(s / before)
             b[j] = path[i, j] + (path[i + 1, j] - path[i, j]) * np.float32(t / after)
         share *= 0.5
-        if not segment_clear(edge, a, b, v, margin, self_margin, model, world, scratch):
+        if not segment_clear(packet, a, b, v, margin, self_margin):
             continue
         inner_a, inner_b = s < 0.999 * before, t < 0.999 * after
         if inner_a and inner_b:
@@ -87,34 +88,28 @@ def cut_corner(edge, path, i, count, tries, least_gain, work, margin, self_margi
 
 
 @jit(_nrt=False)
-def simplify(edge, path, count, rounds, tries, least_gain, margin, self_margin, model, world, scratch):
+def simplify(packet, path, count, rounds, tries, least_gain, margin, self_margin, work):
     """Shorten a path of `count` points in place; returns how many points are left."""
-    work = scratch[5]
-    count = shortcut(edge, path, count, work[0], margin, self_margin, model, world, scratch)
+    count = shortcut(packet, path, count, work[0], margin, self_margin)
     for _ in range(rounds):
         i, changed = np.int64(1), False
         while i < count - 1:
-            count, i, cut = cut_corner(
-                edge, path, i, count, tries, least_gain, work, margin, self_margin, model, world, scratch
-            )
+            count, i, cut = cut_corner(packet, path, i, count, tries, least_gain, work, margin, self_margin)
             changed = changed or cut
         if not changed:
             break
-        count = shortcut(edge, path, count, work[0], margin, self_margin, model, world, scratch)
+        count = shortcut(packet, path, count, work[0], margin, self_margin)
     return count
 
 
 @jit(_nrt=False)
-def certify(edge, path, count, margin, self_margin, model, world, scratch):
-    """The first motion of a path that is not certified clear, or -1."""
-    v = scratch[5][0]
+def certify(packet, path, count, margin, self_margin, v):
+    """The first motion of a path that is not certified clear, or -1; v (n,) is overwritten."""
     for i in range(count - 1):
         length = 0.0
         for j in range(path.shape[1]):
             v[j] = path[i + 1, j] - path[i, j]
             length += v[j] * v[j]
-        if not motion_clear(
-            edge, path[i], v, math.sqrt(length), np.int64(CERTIFIED), margin, self_margin, model, world, scratch
-        ):
+        if not motion_clear(packet, path[i], v, math.sqrt(length), np.int64(CERTIFIED), margin, self_margin):
             return i
     return -1

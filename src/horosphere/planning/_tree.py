@@ -13,8 +13,9 @@ from numpy.typing import ArrayLike, NDArray
 from ..numeric import float_array
 from ..robots import Robot
 from ..shapes import as_shapes
+from ._packet_kernels import packet_of
 from ._tree_model import Balls, Frames, body_pairs, cover, moving_frames, position_error, spans
-from ._tree_room import room_of
+from ._tree_room import Room, room_of
 from ._world import allowed_rows, nearest_contact, solid_rows
 
 Floats = NDArray[np.float64]
@@ -162,8 +163,8 @@ class _Search:
             done = 0
             while True:
                 found = grow(
-                    space.edge, CHUNK, STEP, CERTIFIED if certified else SAMPLED, *margins, samples, space.low, space.high,
-                    start, goals, order, room.tree, room.state, room.path, space.model.arrays, space.world, space.scratch,
+                    space.packet, CHUNK, STEP, CERTIFIED if certified else SAMPLED, *margins, samples, space.low, space.high,
+                    start, goals, order, room.tree, room.state, room.path, room.ramp, room.work,
                 )  # fmt: skip
                 done += CHUNK
                 if found or done >= most or perf_counter() > self.deadline:
@@ -174,17 +175,17 @@ class _Search:
     def _finish(self, space: _Packed, count: int, able: list[int], margins, shorten: bool, rung: float):
         from ._simplify_kernels import certify, simplify
 
-        room, arrays = space.room, (space.model.arrays, space.world, space.scratch)
+        room = space.room
         if shorten and count > 2:
             with _timed(self.timings, "simplify"):
-                count = simplify(space.edge, room.path, count, ROUNDS, TRIES, LEAST_GAIN, *margins, *arrays)
+                count = simplify(space.packet, room.path, count, ROUNDS, TRIES, LEAST_GAIN, *margins, room.work)
         with _timed(self.timings, "certify"):
             for share in (
                 (0.5, 0.0) if rung else (0.0,)
             ):  # most paths keep half of the extra margin between their points too
                 extra = share * rung
                 margins = space.margins(self.clearance + extra, self.self_clearance + extra)
-                bad = certify(space.edge, room.path, count, *margins, *arrays)
+                bad = certify(space.packet, room.path, count, *margins, room.work[0])
                 if bad < 0:
                     break
             else:
@@ -225,7 +226,7 @@ class _Packed:
             len(model.frames.joints), len(model.balls.bodies), model.balls.groups, len(search.rows)
         )
         self.low, self.high = self.scaled(search.low), self.scaled(search.high)
-        self.edge = _edge_address(self)
+        self.packet = packet_of(_edge_address(self.room), (model.arrays, self.world, self.scratch))
 
     def scaled(self, q: Floats) -> NDArray[np.float32]:
         """Coordinates in which one unit of any joint moves the robot about as far."""
@@ -291,10 +292,10 @@ def _limits_of(model: _Model, low: Floats, high: Floats) -> tuple[Floats, Floats
     return model.regions[key]
 
 
-_ADDRESS: list[int] = []
+_ADDRESS: list[Any] = []
 
 
-def _edge_address(space: _Packed) -> int:
+def _edge_address(room: Room) -> Any:
     """The compiled edge check; at the first call everything else is compiled, or read from the cache, too."""
     if not _ADDRESS:
         from ..kernels import address_of
@@ -302,16 +303,17 @@ def _edge_address(space: _Packed) -> int:
         from ._simplify_kernels import certify, simplify
         from ._tree_kernels import grow
 
-        room, arrays = space.room, (space.model.arrays, space.world, space.scratch)
-        q = np.zeros(room.n, np.float32)
-        edge = address_of(edge_clear, q, q, 1, 0, 0.0, 0.0, *arrays)
+        q, nothing = np.zeros(room.n, np.float32), np.zeros(1, np.int64)
+        edge = address_of(edge_clear, q, q, 1, 0, 0.0, 0.0, nothing)
+        packet = nothing if isinstance(edge, int) else packet_of(edge, ())
         room.state[0] = 1
         samples = np.zeros((1, room.n), np.float32)
         grow(
-            edge, 0, STEP, 0, 0.0, 0.0, samples, q, q, q, q[None].copy(), room.state, room.tree, room.state, room.path, *arrays
+            packet, 0, STEP, 0, 0.0, 0.0, samples, q, q, q, q[None].copy(), room.state, room.tree, room.state, room.path,
+            room.ramp, room.work,
         )  # fmt: skip
-        simplify(edge, room.path, 0, 0, 0, 0.0, 0.0, 0.0, *arrays)
-        certify(edge, room.path, 0, 0.0, 0.0, *arrays)
+        simplify(packet, room.path, 0, 0, 0, 0.0, 0.0, 0.0, room.work)
+        certify(packet, room.path, 0, 0.0, 0.0, room.work[0])
         _ADDRESS.append(edge)
     return _ADDRESS[0]
 

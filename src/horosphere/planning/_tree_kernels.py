@@ -1,7 +1,7 @@
 """Two trees of joint motions that grow towards each other (RRT-Connect), in single precision.
 
 The published algorithm is Kuffner and LaValle's (2000), with the dynamic domain of Yershova et al. (2005): a node whose
-extension failed takes samples only from a ball around it. Edges are checked by `edge_clear` through its address.
+extension failed takes samples only from a ball around it. Edges are checked by `edge_clear` through its address, in the packet.
 
   tree = (nodes (2, n, capacity), parents (2, capacity), radii (2, capacity)); tree 0 hangs on the start, tree 1 on the goals
   state (6,): iterations done, nodes of tree 0, nodes of tree 1, the tree that grows, edges checked, goals that are clear
@@ -11,8 +11,9 @@ import math
 
 import numpy as np
 
-from ..kernels import call_compiled, jit, lane_min, lane_where_lt, load_lanes, min_lane, spread
+from ..kernels import jit, lane_min, lane_where_lt, load_lanes, min_lane, spread
 from ._edge_kernels import CERTIFIED, LANES, SAMPLED, WIDTH
+from ._packet_kernels import check_edge, inner
 
 FREE = np.float32(1e30)  # the radius of a node whose extensions have all succeeded
 FAR = np.float32(1e9)
@@ -23,17 +24,17 @@ PER_UNIT, PIECES_PER_UNIT = 32.0, 16.0
 """Configurations checked, and pieces a certificate starts from, per unit of motion (1 rad, or a reach of sliding)."""
 
 
-@jit(_nrt=False)
-def motion_clear(edge, q, v, length, how, margin, self_margin, model, world, scratch):
+@inner
+def motion_clear(packet, q, v, length, how, margin, self_margin):
     """Whether the motion q + t v of this length is clear, by samples or by a certificate (`how`)."""
     if how == CERTIFIED:
         count = min(max(int(math.ceil(length * PIECES_PER_UNIT / WIDTH)), 1) * WIDTH, 1024)
     else:
         count = max(int(math.ceil(length * PER_UNIT / WIDTH)), 1)
-    return call_compiled(edge, (q, v, count, how, margin, self_margin, model, world, scratch)) == 1
+    return check_edge(packet, q, v, count, how, margin, self_margin) == 1
 
 
-@jit(_nrt=False)
+@inner
 def nearest(nodes, tree, count, q, ramp):
     """Index and squared distance of the nearest of `count` nodes (padded with far ones to whole lanes)."""
     n, capacity = nodes.shape[1], nodes.shape[2]
@@ -54,7 +55,7 @@ def nearest(nodes, tree, count, q, ramp):
     return int(min_lane(lane_where_lt(least, best, spread(FREE, LANES), index))), least
 
 
-@jit(_nrt=False)
+@inner
 def add_node(tree, which, count, q, parent):
     """Append a node; the lanes behind it stay far away."""
     nodes, parents, radii = tree
@@ -67,7 +68,7 @@ def add_node(tree, which, count, q, parent):
                 nodes[which, j, k] = FAR
 
 
-@jit(_nrt=False)
+@inner
 def write_path(tree, a, b, path):
     """The path start .. node a of tree 0, node b of tree 1 .. goal; returns its length, 0 if it does not fit."""
     nodes, parents, radii = tree
@@ -98,27 +99,26 @@ def write_path(tree, a, b, path):
     return k
 
 
-@jit(_nrt=False)
-def stands_clear(edge, q, margin, self_margin, model, world, scratch):
-    """Whether one configuration is clear."""
-    v = scratch[5][0]
+@inner
+def stands_clear(packet, q, v, margin, self_margin):
+    """Whether one configuration is clear; v is overwritten."""
     for j in range(len(q)):
         v[j] = 0.0
-    return call_compiled(edge, (q, v, 1, np.int64(SAMPLED), margin, self_margin, model, world, scratch)) == 1
+    return check_edge(packet, q, v, np.int64(1), np.int64(SAMPLED), margin, self_margin) == 1
 
 
-@jit(_nrt=False)
-def plant(edge, margin, self_margin, start, goals, order, tree, state, model, world, scratch):
+@inner
+def plant(packet, margin, self_margin, start, goals, order, tree, state, v):
     """Empty trees with their roots; the goals that are clear come to the front, `order` says which they are.
 
     Returns how many they are, or START_BLOCKED.
     """
     nodes, parents, radii = tree
-    if not stands_clear(edge, start, margin, self_margin, model, world, scratch):
+    if not stands_clear(packet, start, v, margin, self_margin):
         return START_BLOCKED
     count = 0
     for g in range(goals.shape[0]):
-        if stands_clear(edge, goals[g], margin, self_margin, model, world, scratch):
+        if stands_clear(packet, goals[g], v, margin, self_margin):
             order[count] = g
             for j in range(goals.shape[1]):
                 goals[count, j] = goals[g, j]
@@ -135,18 +135,17 @@ def plant(edge, margin, self_margin, start, goals, order, tree, state, model, wo
 
 
 @jit(_nrt=False)
-def grow(edge, budget, step, how, margin, self_margin, samples, low, high, start, goals, order, tree, state, path, model,
-         world, scratch):  # fmt: skip
+def grow(packet, budget, step, how, margin, self_margin, samples, low, high, start, goals, order, tree, state, path, ramp,
+         work):  # fmt: skip
     """Points of a path found within `budget` more iterations; 0: none yet, or TREES_FULL, START_BLOCKED, GOALS_BLOCKED.
 
     A first call (state[0] < 0) plants the trees and tries the straight motions to the goals. `step`: longest edge.
     """
     nodes, parents, radii = tree
-    ramp, work = scratch[4], scratch[5]
     n, capacity = nodes.shape[1], nodes.shape[2]
     a, v, q = work[0], work[1], work[2]
     if state[0] < 0:
-        count = plant(edge, margin, self_margin, start, goals, order, tree, state, model, world, scratch)
+        count = plant(packet, margin, self_margin, start, goals, order, tree, state, v)
         if count <= 0:
             return GOALS_BLOCKED if count == 0 else count
         for g in range(count):
@@ -155,7 +154,7 @@ def grow(edge, budget, step, how, margin, self_margin, samples, low, high, start
                 v[j] = goals[g, j] - start[j]
                 length += v[j] * v[j]
             state[4] += 1
-            if motion_clear(edge, start, v, float(math.sqrt(length)), how, margin, self_margin, model, world, scratch):
+            if motion_clear(packet, start, v, float(math.sqrt(length)), how, margin, self_margin):
                 for j in range(n):
                     path[0, j], path[1, j] = start[j], goals[g, j]
                 return 2
@@ -184,7 +183,7 @@ def grow(edge, budget, step, how, margin, self_margin, samples, low, high, start
             a[j] = nodes[ta, j, i]
             v[j] = (q[j] - a[j]) * part
         state[4] += 1
-        if not motion_clear(edge, a, v, min(distance, step), how, margin, self_margin, model, world, scratch):
+        if not motion_clear(packet, a, v, min(distance, step), how, margin, self_margin):
             radii[ta, i] = RADIUS if radius >= FREE else max(radius * (1.0 - SHRINK), LEAST_RADIUS)
             continue
         if radius < FREE:
@@ -209,7 +208,7 @@ def grow(edge, budget, step, how, margin, self_margin, samples, low, high, start
                 for j in range(n):
                     v[j] = nodes[tb, j, k] - a[j]
             state[4] += 1
-            if not motion_clear(edge, a, v, distance / pieces, how, margin, self_margin, model, world, scratch):
+            if not motion_clear(packet, a, v, distance / pieces, how, margin, self_margin):
                 break
             done += 1
             if done < pieces:

@@ -10,6 +10,7 @@ import math
 import numpy as np
 
 from ..kernels import absolute, jit, kernel, maximum, minimum, scalars, sqrt
+from ._packet_kernels import inner
 
 BOX, CAPSULE, CYLINDER, ELLIPSOID, HALF_SPACE = 0, 1, 2, 3, 4
 ROW = 16
@@ -96,13 +97,13 @@ def ellipsoid_square(p, row):
     return [maximum(t * total, 0.0)]
 
 
-@jit(_nrt=False)
+@inner
 def _square_of(row, x, y, z):
     """Squared distance of a point to a packed solid, float64."""
     dx, dy, dz = x - row[1], y - row[2], z - row[3]
     a = row[4] * dx + row[5] * dy + row[6] * dz
     kind = int(row[0])
-    if kind in (CAPSULE, CYLINDER):
+    if kind == CAPSULE or kind == CYLINDER:  # noqa: SIM109 (a tuple takes long to compile)
         t = max(abs(a) - row[13], 0.0)
         across = dx * dx + dy * dy + dz * dz - a * a
         if kind == CYLINDER:
@@ -138,14 +139,14 @@ def sort_solids(rows, root, spans, margin, allowed, lists, reach, count, near, k
         if kind == HALF_SPACE:  # a box that fills it as far as the robot reaches
             nx, ny, nz, distance = row[4], row[5], row[6], row[13]
             size = 2.0 * (longest + margin) + 1.0
-            below = max(distance - (nx * root[0] + ny * root[1] + nz * root[2]) + size, size)
+            foot = distance - (nx * root[0] + ny * root[1] + nz * root[2])  # height of the face over the root
+            below = size + max(foot, 0.0)
             if abs(nx) < 0.6:
                 ux, uy, uz = 0.0, nz, -ny
             else:
                 ux, uy, uz = -nz, 0.0, nx
             length = math.sqrt(ux * ux + uy * uy + uz * uz)
             ux, uy, uz = ux / length, uy / length, uz / length
-            foot = distance - (nx * root[0] + ny * root[1] + nz * root[2])  # height of the face over the root
             depth = foot - 0.5 * below
             row[0], row[1], row[2], row[3] = BOX, root[0] + depth * nx, root[1] + depth * ny, root[2] + depth * nz
             row[7], row[8], row[9] = ux, uy, uz
@@ -171,7 +172,7 @@ def sort_solids(rows, root, spans, margin, allowed, lists, reach, count, near, k
         else:
             count[kinds[i]] += 1
             for k in range(3):
-                extent = max(extent, abs(row[1 + k]) + max(row[13], max(row[14], row[15])))
+                extent = max(extent, abs(row[1 + k]) + row[13] + row[14] + row[15])
     for i in range(m):
         order[i] = i
     gap = m // 2

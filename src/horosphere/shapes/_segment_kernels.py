@@ -9,7 +9,8 @@ import numpy as np
 
 from ..kernels import jit
 
-inner = partial(jit, no_cpython_wrapper=True, no_cfunc_wrapper=True)  # called from compiled code alone: compiles sooner
+# called from compiled code alone, and nothing is allocated: compiles sooner
+inner = partial(jit, _nrt=False, no_cpython_wrapper=True, no_cfunc_wrapper=True)
 
 
 @inner
