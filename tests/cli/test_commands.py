@@ -36,7 +36,11 @@ def test_options_are_named_as_they_are_typed(run, shared_data):
 def test_a_simulated_snake_is_a_table_with_units(run, words):
     result = run("snake", "simulate", "--links", "5", *words)
     lines = [line.split() for line in result.out.splitlines()]
-    assert result.code == 0 and ["x", "m"] in [line[:2] for line in lines] and ["theta", "rad"] in [line[:2] for line in lines]
+    assert (
+        result.code == 0
+        and ["x", "m"] in [line[:2] for line in lines]
+        and ["theta", "rad"] in [line[:2] for line in lines]
+    )
     for line in lines:
         if line[0] in ("x", "y", "theta") or line[0].startswith("Phi_"):
             assert abs(float(line[3]) - float(line[2]) - float(line[4])) < 2e-5
