@@ -14,6 +14,38 @@ SNAKE = sorted(name for name in build()["snake"] if not name.startswith("-"))
 HEAVY = ("scipy", "numba", "viser", "matplotlib", "trimesh", "pydantic", "yourdfpy")
 
 
+def test_the_promised_commands_are_there():
+    assert {"plan", "check", "show", "field", "robot", "snake", "sweep", "scenes", "warmup"} <= {*COMMANDS, "snake"}
+    assert set(SNAKE) == {"growth", "simulate", "steer", "navigate"}
+
+
+def test_options_are_named_as_they_are_typed(run, shared_data):
+    """Not as the Python function that is called behind them writes them."""
+    for words, option in (
+        (("humanoid-arm", "--link-radius", "nan"), "--link-radius: "),
+        ((shared_data / "panda_spheres.urdf",), "(--tip)"),
+        ((shared_data / "panda_spheres.urdf", "--tip", "panda_hand", "--group", "x"), "(--srdf)"),
+    ):
+        result = run("robot", *words)
+        assert result.code == 2 and option in result.err and "=" not in result.err and "name_or_path" not in result.err
+    result = run("robot", "pnada")
+    assert result.err.startswith("error: unknown robot 'pnada'; valid: ")
+
+
+@pytest.mark.parametrize("words", [("--word", "12"), ("--gait", "serpenoid")])
+def test_a_simulated_snake_is_a_table_with_units(run, words):
+    result = run("snake", "simulate", "--links", "5", *words)
+    lines = [line.split() for line in result.out.splitlines()]
+    assert (
+        result.code == 0
+        and ["x", "m"] in [line[:2] for line in lines]
+        and ["theta", "rad"] in [line[:2] for line in lines]
+    )
+    for line in lines:
+        if line[0] in ("x", "y", "theta") or line[0].startswith("Phi_"):
+            assert abs(float(line[3]) - float(line[2]) - float(line[4])) < 2e-5
+
+
 def test_help_is_light():
     program = (
         "import sys; from horosphere.cli._app import main; main(['--help']); main(['plan', '--help']); "

@@ -95,7 +95,7 @@ class _Arm:
         certified = not violations and not self.unresolved and outer.holds and inner.holds
         nearest = "nothing to touch"
         if outer.nearest is not None:
-            nearest = f"{outer.nearest.link} to {outer.nearest.other}, {outer.nearest.clearance:.4f} m"
+            nearest = f"{outer.nearest.link} to {outer.nearest.other}, {1e3 * outer.nearest.clearance:.2f} mm"
         return Certificate(
             certified=certified,
             clearance=outer.lower,

@@ -39,8 +39,11 @@ def build() -> App:
         suppress_keyboard_interrupt=False,
         default_parameter=Parameter(negative=(), show_default=False),
     )
-    for command in (plan, check, show, field, robot, sweep, scenes, warmup):
+    for command in (plan, check, show, field, robot):
         app.command(command)
+    app.command(sweep, usage="Usage: horosphere sweep [OPTIONS] SCENES...")
+    app.command(scenes)
+    app.command(warmup)
     app.command(snake)
     app.command(bench)
     return app

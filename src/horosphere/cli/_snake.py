@@ -209,15 +209,54 @@ def simulate(
         if out_folder is not None:
             folder = output_folder(out_folder)
             data["files"] = _write(folder, snake, motion, figure)
+    said, good = _said(result if word is not None else done, word)
     if json:
         out.print_json(data)
-        return out.DONE
-    rows = []
-    for key, value in data.items():
-        shown = np.array2string(np.asarray(value), precision=5) if isinstance(value, list) else value
-        rows.append((key.replace("_", " "), shown))
-    out.print_rows(rows, title=repr(snake))
-    return out.DONE
+        return out.DONE if good else out.FAILED
+    out.print_verdict(said, good)
+    _print_coordinates(snake, motion, result.predicted if word is not None else None)
+    rows = [("Snake", repr(snake)), ("Time", f"{motion.time[-1]:.2f} s")]
+    if word is not None:
+        rows.append(
+            ("Order", f"{result.order:.3f}: the change grows as t^{result.order:.2f} with the seconds t of a leg")
+        )
+    elif len(done.displacement):
+        x, y, theta = done.displacement[-1]
+        rows.append(("Last period", f"head moved {x:.3f}, {y:.3f} m and turned {np.degrees(theta):.3g} degrees"))
+    rows.append(("Sideways slip", f"at most {motion.residual:.1e} m/s at any wheel"))
+    rows.append(("Integration error", f"{motion.error:.1e} (estimated)"))
+    if out_folder is not None:
+        rows.append(("Files", ", ".join(data["files"])))
+    out.print_rows(rows)
+    return out.DONE if good else out.FAILED
+
+
+def _said(result: Any, word: str | None) -> tuple[str, bool]:
+    """The first line, and whether it is good news."""
+    from ..snake import word_text
+
+    if word is None:
+        reason = result.reason or result.motion.reason
+        return (
+            f"Stopped early: {reason}" if reason else f"{len(result.displacement)} periods of {result.period:.3g} s",
+            not reason,
+        )
+    legs, text = len(result.legs), word_text(result.word)
+    return f"{text}, a bracket of degree {result.degree}, carried out in {legs} legs of {result.t:g} s", True
+
+
+def _print_coordinates(snake: Any, motion: Any, predicted: Any) -> None:
+    """Start, end and change of every coordinate; beside it what the bracket predicts."""
+    from rich.table import Table
+
+    table = Table(box=None, padding=(0, 2, 0, 0))
+    for name in ("coordinate", "unit", "start", "end", "change", *(["predicted"] if predicted is not None else [])):
+        table.add_column(name, justify="left" if name in ("coordinate", "unit") else "right", header_style="dim")
+    for k, name in enumerate(snake.names):
+        cells = [motion.q[0, k], motion.end[k], motion.displacement[k]]
+        cells += [] if predicted is None else [predicted[k]]
+        table.add_row(name, "m" if k < 2 else "rad", *(f"{round(float(x), 6) + 0.0:.5f}" for x in cells))
+    out.print_table(table)
 
 
 @app.command

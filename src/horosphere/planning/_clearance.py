@@ -39,8 +39,8 @@ class Touch:
     def __str__(self) -> str:
         link, other, distance = self.contact.link, self.contact.other, self.contact.distance
         if distance < 0.0:
-            return f"link {link!r} reaches {-distance:.3g} m into {other!r}"
-        return f"link {link!r} is {distance:.3g} m from {other!r}, {self.asked:g} m are asked"
+            return f"link {link!r} reaches {-1e3 * distance:.3g} mm into {other!r}"
+        return f"link {link!r} is {1e3 * distance:.3g} mm from {other!r}, {1e3 * self.asked:g} mm are asked"
 
 
 def touch(scene: Scene, q: Floats) -> Touch:

@@ -35,13 +35,30 @@ def configurations(scene: Scene, which: str) -> Configurations:
         return Configurations(q, f"{which}: {reason}")
     inside = within_limits(robot, q)
     if not inside.any():
-        return Configurations(q[:0], f"{which}: {limit_reason(robot, q)}")
+        return Configurations(q[:0], f"{which}: {limit_reason(robot, q)}{_scope(scene, which, len(q))}")
     q = np.ascontiguousarray(q[inside])
     margins = margin(scene, q)
     if not (margins >= 0.0).any():
-        return Configurations(q[:0], f"{which} in collision: {touch(scene, q)}")
+        return Configurations(q[:0], f"{which} in collision: {touch(scene, q)}{_scope(scene, which, len(q))}")
     order = np.argsort(-margins)
     return Configurations(np.ascontiguousarray(q[order[margins[order] >= 0.0]]))
+
+
+def _scope(scene: Scene, which: str, count: int) -> str:
+    """Of which postures a refusal speaks: of the one that is given, of all there are, or of those that were looked at."""
+    target = getattr(scene, which)
+    if isinstance(target, JointTarget):
+        return ""
+    if count == 1:
+        postures = "the only posture found"
+    else:
+        postures = f"the best of {count} postures"
+    structure = kinematics.classify(arm(scene))
+    if not isinstance(target, (GripperPlaneTarget, PoseTarget)) or not structure.is_closed_form:
+        return f", in {postures} that a numerical search found; others may exist"
+    if structure.parameter is None:
+        return f", in {postures}: no other reaches it" if count == 1 else f", in {postures}: every branch was looked at"
+    return f", in {postures}: every branch, with {FREE_SAMPLES} values of the free angle {structure.parameter}"
 
 
 def within_limits(robot: Robot, q: Floats, tolerance: float = 1e-9) -> NDArray[np.bool_]:
@@ -54,7 +71,9 @@ def limit_reason(robot: Robot, q: Floats) -> str:
     excess = np.maximum(robot.limits.lower - q, q - robot.limits.upper)
     best = excess[np.argmin(excess.max(axis=-1))]
     j = int(np.argmax(best))
-    return f"joint {robot.joint_names[j]!r} would be {best[j]:.3g} rad or m beyond its limits in the nearest posture"
+    slides = any(link.coordinate == j and link.kind == "prismatic" for link in robot.links)
+    beyond = f"{1e3 * best[j]:.3g} mm" if slides else f"{np.degrees(best[j]):.3g} degrees"
+    return f"joint {robot.joint_names[j]!r} would be {beyond} beyond its limits in the nearest posture"
 
 
 def _reaching(scene: Scene, which: str) -> tuple[Floats, str]:
@@ -157,6 +176,8 @@ def _valid_rows(solutions) -> tuple[Floats, str]:
     if len(q):
         return q, ""
     reason = solutions.reason
-    if not isinstance(reason, str):
-        reason = next((text for text in np.asarray(reason).reshape(-1) if text), "no configuration found")
-    return q, reason
+    if not isinstance(reason, str):  # one for each value of the free angle: that of the nearest
+        texts = np.asarray(reason).reshape(-1)
+        errors = solutions.residual.reshape(len(texts), -1).min(axis=-1)
+        reason = f"{texts[np.argmin(errors)]} (the nearest of {len(texts)} values of the free angle)"
+    return q, reason or "no configuration found"

@@ -2,20 +2,32 @@
 
 from __future__ import annotations
 
+import threading
 from collections import deque
 from collections.abc import Iterator, Sequence
 from typing import Any
 
 from ..errors import InputError
-from ._pool import Row, Task, chunk_size, lost, run_local, take
+from ._pool import Crew, Row, Task, chunk_size, lost, take
 
 TRIES = 3
 """Times that a task may go under with the machine it ran on before it counts as the reason."""
 
 
+_own = threading.local()
+
+
 def run_chunk(tasks: list[Task], timeout: float) -> list[Row]:
-    """What runs on the cluster: a crash ends the process beside the Dask worker, never the Dask worker itself."""
-    return list(run_local(tasks, 1, timeout))
+    """What runs on the cluster: a crash ends the process beside the Dask worker, never the Dask worker itself.
+
+    The process stays for the next chunk, one a thread; it ends with the Dask worker.
+    """
+    crew = getattr(_own, "crew", None)
+    if crew is None or crew.timeout != timeout:
+        if crew is not None:
+            crew.close()
+        crew = _own.crew = Crew(1, timeout)
+    return list(crew.run(tasks))
 
 
 def run_cluster(tasks: Sequence[Task], address: str, timeout: float) -> Iterator[Row]:

@@ -62,7 +62,7 @@ class Worker:
                 self._process.stdin.write(json.dumps(task) + "\n")
             self._process.stdin.flush()
 
-    def finished(self, row: Row) -> None:
+    def finished(self) -> None:
         """It has done the first of its tasks."""
         self.tasks.popleft()
         self.since = time.monotonic()
@@ -86,43 +86,60 @@ class Worker:
         return f"{how}: {told}" if told else how
 
 
-def run_local(tasks: Sequence[Task], workers: int, timeout: float) -> Iterator[Row]:
-    """The rows of all tasks, as they come. A task that ends its process or takes over `timeout` seconds gets a row that says so.
+class Crew:
+    """Up to `workers` processes, kept from one `run` to the next; `close` ends them."""
 
-    The first task runs alone: it leaves compiled code on the disk for the others.
-    """
-    waiting, events = deque(tasks), queue.Queue[tuple[Worker, Row | None]]()
-    alive: list[Worker] = []
-    seconds: deque[float] = deque(maxlen=50)
-    try:
-        while waiting or any(worker.tasks for worker in alive):
-            _hire(alive, waiting, events, workers if seconds else 1, seconds)
+    def __init__(self, workers: int, timeout: float) -> None:
+        self.workers, self.timeout = workers, timeout
+        self._events = queue.Queue[tuple[Worker, Row | None]]()
+        self._alive: list[Worker] = []
+        self._seconds: deque[float] = deque(maxlen=50)
+
+    def run(self, tasks: Sequence[Task]) -> Iterator[Row]:
+        """The rows of all tasks, as they come. A task that ends its process or takes over `timeout` seconds gets a row that
+        says so. The first task of a crew runs alone: it leaves compiled code on the disk for the others.
+        """
+        waiting = deque(tasks)
+        while waiting or any(worker.tasks for worker in self._alive):
+            self._hire(waiting)
             try:
-                worker, row = events.get(timeout=0.1)
+                worker, row = self._events.get(timeout=0.1)
             except queue.Empty:
                 worker = row = None
-            if worker in alive and row is not None:
-                worker.finished(row)
-                seconds.append(row["seconds"])
+            if worker in self._alive and row is not None:
+                worker.finished()
+                self._seconds.append(row["seconds"])
                 yield row
-            elif worker in alive:
-                yield from _buried(worker, alive, waiting, "crashed", f"its process ended: {worker.last_words()}")
-            for late in [w for w in alive if w.tasks and time.monotonic() - w.since > timeout]:
+            elif worker in self._alive:
+                yield from self._bury(worker, waiting, "crashed", f"its process ended: {worker.last_words()}")
+            for late in [w for w in self._alive if w.tasks and time.monotonic() - w.since > self.timeout]:
                 late.kill()
-                yield from _buried(late, alive, waiting, "timed out", f"still at it after {timeout:g} s")
-    finally:
-        for worker in alive:
+                yield from self._bury(late, waiting, "timed out", f"still at it after {self.timeout:g} s")
+
+    def close(self) -> None:
+        """Ends every process, whatever it is at."""
+        for worker in self._alive:
             worker.kill()
+        self._alive.clear()
 
+    def _hire(self, waiting: deque[Task]) -> None:
+        """Gives every idle worker a chunk, and makes more workers while there is work for them."""
+        most = self.workers if self._seconds else 1
+        for worker in self._alive[:most]:
+            if waiting and not worker.tasks:
+                worker.give(take(waiting, chunk_size(self._seconds, len(waiting), self.workers)))
+        while waiting and len(self._alive) < most:
+            self._alive.append(Worker(self._events))
+            self._alive[-1].give(take(waiting, 1))
 
-def _hire(alive: list[Worker], waiting: deque[Task], events: Any, workers: int, seconds: deque[float]) -> None:
-    """Gives every idle worker a chunk, and makes more workers while there is work for them."""
-    while waiting and len(alive) < workers:
-        alive.append(Worker(events))
-        alive[-1].give(take(waiting, 1))
-    for worker in alive[: workers if seconds else 1]:
-        if waiting and not worker.tasks:
-            worker.give(take(waiting, chunk_size(seconds, len(waiting), workers)))
+    def _bury(self, worker: Worker, waiting: deque[Task], status: str, reason: str) -> Iterator[Row]:
+        """The row of the task that a worker ended at; the rest of its chunk goes back to the front."""
+        worker.kill()
+        self._alive.remove(worker)
+        if worker.tasks:
+            poison = worker.tasks.popleft()
+            waiting.extendleft(reversed(worker.tasks))
+            yield lost(poison, status, reason, time.monotonic() - worker.since)
 
 
 def take(waiting: deque[Task], count: int) -> list[Task]:
@@ -135,17 +152,6 @@ def chunk_size(seconds: Sequence[float], left: int, workers: int) -> int:
     typical = statistics.median(seconds) if seconds else CHUNK_SECONDS
     fair = -(-left // (2 * workers))
     return max(1, min(int(CHUNK_SECONDS / max(typical, 1e-4)), LARGEST_CHUNK, fair))
-
-
-def _buried(worker: Worker, alive: list[Worker], waiting: deque[Task], status: str, reason: str) -> Iterator[Row]:
-    """The row of the task that a worker ended at; the rest of its chunk goes back to the front."""
-    worker.kill()
-    alive.remove(worker)
-    if not worker.tasks:
-        return
-    poison = worker.tasks.popleft()
-    waiting.extendleft(reversed(worker.tasks))
-    yield lost(poison, status, reason, time.monotonic() - worker.since)
 
 
 def lost(task: Task, status: str, reason: str, seconds: float | None = None) -> Row:

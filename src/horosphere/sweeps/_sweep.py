@@ -11,7 +11,7 @@ from typing import Any
 
 from ..errors import InputError
 from ._cluster import run_cluster
-from ._pool import run_local
+from ._pool import Crew
 from ._problems import expand
 from ._store import Store
 
@@ -77,10 +77,8 @@ def sweep(
         kept = output_folder(store.folder / "trajectories").resolve()
         left = [replace(problem, save=str(kept / f"{problem.key}.npz")) for problem in left]
     tasks = [problem.as_task() for problem in left]
-    if scheduler is not None:
-        rows = run_cluster(tasks, scheduler, timeout)
-    else:
-        rows = run_local(tasks, min(workers or os.cpu_count() or 1, max(len(tasks), 1)), timeout)
+    crew = Crew(min(workers or os.cpu_count() or 1, max(len(tasks), 1)), timeout)
+    rows = crew.run(tasks) if scheduler is None else run_cluster(tasks, scheduler, timeout)
     counts = Counter(row["status"] for row in store.rows.values())
     try:
         for row in rows:
@@ -89,6 +87,6 @@ def sweep(
             if progress is not None:
                 progress(len(store.rows), len(problems), dict(counts))
     finally:
-        rows.close()  # type: ignore[attr-defined]  # ends the workers now
+        crew.close()
         store.flush()
     return Sweep(tuple(store.table()), resumed, tuple(store.write_tables()))

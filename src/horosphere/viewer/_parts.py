@@ -13,7 +13,7 @@ from ._solids import Solid, capsule, prism, solid_of
 
 Floats = NDArray[np.float64]
 
-BLUES = np.array([[38, 70, 110], [58, 110, 165], [96, 160, 210], [150, 200, 225]], dtype=np.float64)
+BLUES = np.array([[52, 92, 140], [58, 110, 165], [96, 160, 210], [150, 200, 225]], dtype=np.float64)
 
 
 @dataclass(frozen=True, slots=True)

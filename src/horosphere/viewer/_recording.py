@@ -22,6 +22,9 @@ GROUND = (205, 205, 200)
 PATH = (30, 30, 30)
 START, GOAL = (120, 120, 120), (46, 160, 67)
 FRAMES_PER_SECOND, MOST_FRAMES = 25.0, 300
+AMBIENT = 0.8
+FIELD_OF_VIEW, ASPECT, FILLED = 0.7, 1.25, 0.9
+"""Of the camera, vertical, rad; the narrowest picture it fits; how much of that the scene may fill."""
 
 
 def has_viser() -> bool:
@@ -124,6 +127,8 @@ def draw(server: Any, scene: Scene, q: Floats, path: Floats | None) -> list[tupl
     api.configure_environment_map(hdri=None, background=False)
     flat = scene.dimension == 2  # figures a few millimetres thick would shade themselves
     api.configure_default_lights(enabled=True, cast_shadow=not flat)
+    # what faces away from the lamps, or lies in its own shadow under software rendering, keeps its colour
+    api.add_light_hemisphere("/sky", sky_color=(255, 255, 255), ground_color=(190, 190, 190), intensity=AMBIENT)
     for k, obstacle in enumerate(scene.obstacles):
         _obstacle(api, f"/obstacles/{obstacle.name or k + 1}", obstacle, solids.get(k), extent, shadow=not flat)
     _ground(api, scene, up, center, extent, lowest)
@@ -148,10 +153,8 @@ def draw(server: Any, scene: Scene, q: Floats, path: Floats | None) -> list[tupl
             for m, solid in enumerate(part.solids):
                 _mesh(api, f"/start posture/{part.name}/{m + 1}", solid, (150, 150, 150), opacity=0.15)
             _set(ghost, part.poses[0])
-    if scene.dimension == 2:  # seen from above, a long way needs less distance than a square of its length
-        half = np.abs(np.concatenate([reach, *(s[0] for s in solids.values() if s is not None)]) - center).max(axis=0)
-        extent = min(extent, 1.1 * float(max(half[0] / 1.6, half[1])))
-    _camera(server, scene, up, center, extent)
+    bounded = (solid for k, solid in solids.items() if type(scene.obstacles[k]).__name__ != "HalfSpace")
+    _camera(server, scene, up, np.concatenate([reach, tool, end[None], *(vertices for vertices, _ in bounded)]))
     pose(server, moving, 0)
     return moving
 
@@ -235,14 +238,27 @@ def _ground(api: Any, scene: Scene, up: Floats, center: Floats, extent: float, l
     )
 
 
-def _camera(server: Any, scene: Scene, up: Floats, center: Floats, extent: float) -> None:
+def _camera(server: Any, scene: Scene, up: Floats, points: Floats) -> None:
+    """Looks along a fixed direction, as near as all `points` (k, 3) stay in the picture, and so that they are in its middle."""
     if scene.dimension == 2:
         view = np.array([0.0, -0.35, 1.0])
     elif up[1]:
         view = np.array([1.0, 0.45, 0.7])
     else:
         view = np.array([1.0, -0.8, 0.6])
+    view /= np.linalg.norm(view)
+    across = np.cross(up if scene.dimension == 3 else [0.0, 1.0, 0.0], view)
+    across /= np.linalg.norm(across)
+    frame = np.stack([across, np.cross(view, across), view])  # right, up, towards the eye
+    x = points @ frame.T
+    half = FILLED * np.tan(0.5 * FIELD_OF_VIEW) * np.array([ASPECT, 1.0])
+    look_at, distance = 0.5 * (x.min(axis=0) + x.max(axis=0)), 0.0
+    for _ in range(20):  # what is nearer looks larger, so the middle depends on the distance
+        y = x - look_at
+        distance = max(float((np.abs(y[:, :2]) / half + y[:, 2:]).max()), 1e-3)
+        seen = y[:, :2] / (distance - y[:, 2:])
+        look_at[:2] += 0.5 * (seen.min(axis=0) + seen.max(axis=0)) * distance
     camera = server.initial_camera
-    camera.up, camera.look_at, camera.fov = tuple(up), tuple(center), 0.7
-    distance = (2.9 if scene.dimension == 2 else 3.3) * extent
-    camera.position = tuple(center + distance * view / np.linalg.norm(view))
+    camera.up, camera.fov = tuple(up), FIELD_OF_VIEW
+    camera.look_at = tuple(look_at @ frame)
+    camera.position = tuple((look_at + [0.0, 0.0, distance]) @ frame)

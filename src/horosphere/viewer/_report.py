@@ -36,7 +36,7 @@ ul { margin: 0; padding-left: 18px; } footer { color: #888; font-size: 12.5px; m
 """
 _KEYS = (
     ("#1f5a99", "robot"),
-    ("#9a9a9a", "start"),
+    ("#9a9a9a", "start (its posture faint)"),
     ("#2ea043", "goal"),
     ("#d66e46", "obstacles"),
     ("#1e1e1e", "path of the tool"),

@@ -61,7 +61,9 @@ def summarise(
     if solved_by:
         rows.append(("Solved by", solved_by))
     if timings:
-        rows.append(("Time spent", ", ".join(f"{name} {_seconds(value)}" for name, value in timings.items())))
+        parts = [f"{name} {_seconds(value)}" for name, value in timings.items() if name != "total"]
+        total = [f"{_seconds(timings['total'])} in all"] if "total" in timings else []
+        rows.append(("Time spent", ", ".join([*total, *parts])))
     rows += [("Robot", _robot(scene)), ("Collision model", collision_model(scene)), ("Obstacles", _obstacles(scene))]
     every = dict.fromkeys((*notes, *getattr(scene.robot, "notes", ())))  # in order, none twice
     return Summary(good, _verdict(scene, certificate, solved, reason, good, certified), tuple(rows), tuple(every))
@@ -156,7 +158,7 @@ def _robot(scene: Scene) -> str:
 
 
 def collision_model(scene: Scene) -> str:
-    """Which bodies stood for the robot, and where they came from."""
+    """Which bodies stood for the robot, on which links; where they come from is in the robot's notes."""
     robot: Any = scene.robot
     if not hasattr(robot, "capsules"):
         return "exact"
@@ -165,9 +167,9 @@ def collision_model(scene: Scene) -> str:
         return "NONE: nothing of this robot was checked against the obstacles"
     balls = int((np.linalg.norm(robot.capsules.a - robot.capsules.b, axis=1) == 0.0).sum())
     kinds = [f"{count - balls} capsules"] * (count > balls) + [f"{balls} balls"] * (balls > 0)
-    sources = sorted({note.split(",")[0].split(":")[0] for note in robot.capsules.note if note})
-    origin = f" ({', '.join(sources[:4])}{', ...' if len(sources) > 4 else ''})" if sources else ""
-    return " and ".join(kinds) + f" on {len(np.unique(robot.capsules.link))} links" + origin
+    links = [robot.links[i].name for i in range(len(robot.links)) if (robot.capsules.link == i).any()]
+    named = ", ".join(links if len(links) <= 6 else [*links[:3], "...", *links[-2:]])
+    return f"{' and '.join(kinds)} on {len(links)} link{'s' * (len(links) > 1)}: {named}"
 
 
 def _obstacles(scene: Scene) -> str:
