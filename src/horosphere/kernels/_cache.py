@@ -94,7 +94,8 @@ def attach_cache(dispatcher, content: str) -> None:
             return source_stamp(self._function.__module__ or "")
 
         def get_disambiguator(self) -> str:
-            return content[:16]
+            # names the file: an index of other sources may speak of modules that are not there
+            return hashlib.sha256(f"{content} {self.get_source_stamp()}".encode()).hexdigest()[:16]
 
         @classmethod
         def from_function(cls, function, path):

@@ -11,10 +11,14 @@ Node i of a tree with k leaves has the children 2 i + 1 and 2 i + 2; nodes k - 1
 from __future__ import annotations
 
 import math
+from functools import partial
 
 import numpy as np
 
+from ..kernels import jit
 from ._segment_kernels import clamp, closest_parameters, inner, unit_normal_to
+
+allocating = partial(jit, no_cpython_wrapper=True, no_cfunc_wrapper=True)  # as `inner`, with arrays of its own
 
 DEPTH = 64
 SAMPLES = 33
@@ -32,7 +36,7 @@ def _gap(ax, ay, az, ux, uy, uz, uu, x, y, z):
     return math.sqrt(dx * dx + dy * dy + dz * dz), t
 
 
-@inner
+@allocating
 def to_cloud(S, j, nodes, ends, balls, ax, ay, az, ux, uy, uz, limit):
     """Distance of a segment to the nearest ball of a cloud, as in `segment_distance`; `limit` or more if none is nearer."""
     uu = ux * ux + uy * uy + uz * uz
@@ -132,7 +136,7 @@ def _to_triangle(T, k, ax, ay, az, ux, uy, uz, best):
     return best, best_t, feature
 
 
-@inner
+@allocating
 def _nearest(S, j, nodes, ends, T, ax, ay, az, ux, uy, uz, limit):
     """(distance, t, triangle, feature) of a segment to the surface; triangle -1 if none is nearer than `limit`."""
     uu = ux * ux + uy * uy + uz * uz
