@@ -210,6 +210,7 @@ def test_references_balance():
         pair(x), pair(bad), pair(x, y, None)
 
     work()
+    gc.collect()
     watched = [a, b, out, x, y, value, none, dtype, Value, np.ndarray]
     before = [sys.getrefcount(x) for x in watched]
     for _ in range(1000):

@@ -181,15 +181,17 @@ class Kernel:
         return f"Kernel({self.name}: {', '.join(self._types)} -> {self.width_out})"
 
 
-def kernel(layout: Sequence[int] | int, *, finite: bool = False, **types: ArgumentType) -> Callable[[Callable], Kernel]:
+def kernel(
+    layout: Sequence[int] | int, *, axes: Sequence[tuple[int, ...]] = (), finite: bool = False, **types: ArgumentType
+) -> Callable[[Callable], Kernel]:
     """Declare a geometric expression: `types` per argument (a layout of blades, `scalars(n)` or None for one number).
 
-    `layout` is that of the result: blades of the returned MV, or how many numbers the function returns. finite: refuse
-    numbers that are not finite.
+    `layout` is that of the result: blades of the returned MV, or how many numbers the function returns. axes, finite: as
+    for `Kernel`.
     """
 
     def wrap(function: Callable) -> Kernel:
-        return Kernel(function.__name__, function, types, layout, finite=finite)
+        return Kernel(function.__name__, function, types, layout, axes=axes, finite=finite)
 
     return wrap
 

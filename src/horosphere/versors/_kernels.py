@@ -145,7 +145,7 @@ def motor_of_line(l, angle, advance):
 
 
 # ---- matrices
-@kernel(16, m=MOTOR)
+@kernel(16, axes=[(4, 4)], m=MOTOR)
 def motor_matrix(m):
     """The 4 x 4 matrix of a unit motor, row by row."""
     columns = [apply_motor(m, x, EUCLIDEAN).on(EUCLIDEAN) for x in (E1, E2, E3, E0)]

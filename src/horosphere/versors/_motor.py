@@ -109,7 +109,8 @@ class Motor(Versor):
 
     def as_matrix(self) -> NDArray[np.float64]:
         """Rigid transforms (..., 4, 4)."""
-        return k.motor_matrix(self.array).reshape(*self.shape, 4, 4)
+        matrix = _MATRIX.call(self)
+        return k.motor_matrix(self.array) if matrix is None else matrix
 
     @property
     def translation(self) -> NDArray[np.float64]:
@@ -190,3 +191,4 @@ class Motor(Versor):
 _KERNELS = {**ACTIONS, Motor: k.motor_product}
 _DIRECT = {kind: kernel.direct([Motor, kind], [kind]) for kind, kernel in _KERNELS.items()}
 _EXP, _LOG = k.motor_exp.direct([np.ndarray], [Motor]), k.motor_log.direct([Motor], [np.ndarray])
+_MATRIX = k.motor_matrix.direct([Motor], [np.ndarray])
