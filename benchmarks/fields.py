@@ -106,7 +106,7 @@ def speed():
             plain, ratio = f"{plain_us:.1f}", f"{plain_us / ours:.0f}x"
         one = x[:1].copy()
         call = best(lambda: [field(one[0]) for _ in range(100)]) / 100 * 1e6
-        print(f"| {count} | {ours:.2f} | {index:.2f} | {plain} | {ratio} | {call:.1f} |", flush=True)
+        print(f"| {len(radii)} | {ours:.2f} | {index:.2f} | {plain} | {ratio} | {call:.1f} |", flush=True)
     world = random_world("balls", 1)
     field = HarmonicField(world.goal, world.obstacles)
     step = np.linalg.norm(world.goal - world.start) / 470
@@ -120,8 +120,13 @@ def speed():
 def lattice(count):
     side = round(count ** (1 / 3))
     rng = np.random.default_rng(0)
-    grid = 1.6 * np.stack(np.meshgrid(*[np.arange(side + 1.0)] * 3), axis=-1).reshape(-1, 3)[:count]
-    return np.full(3, -2.0), grid + rng.uniform(-0.3, 0.3, grid.shape), rng.uniform(0.2, 0.45, count), 1.6 * side
+    grid = 1.6 * np.stack(np.meshgrid(*[np.arange(float(side))] * 3), axis=-1).reshape(-1, 3)
+    return (
+        np.full(3, -2.0),
+        grid + rng.uniform(-0.3, 0.3, grid.shape),
+        rng.uniform(0.2, 0.45, len(grid)),
+        1.6 * (side - 1),
+    )
 
 
 def worlds(count, families=FAMILIES):
