@@ -144,6 +144,40 @@ def test_inflation_covers_a_run_with_that_error():
     assert np.linalg.norm(x) < 0.3 and least > -1e-3
 
 
+def test_tracking_inflation_with_a_speed_profile_keeps_the_velocity_outward():
+    """Witness: the profile and a HarmonicField of the grown zone; a profile that brakes for bends needs more growth."""
+    radius, distance, error = 0.7, 2.0, 0.08
+    profile = control.SpeedProfile(braking=1.6, lateral=1.6)
+    growth = float(control.tracking_inflation(radius, distance, profile, error))
+    assert growth > float(control.tracking_inflation(radius, distance, 1.0, error))
+    field = HarmonicField([0.0, 0.0], ([[distance, 0.0]], [radius + growth]))
+    angle = np.linspace(-np.pi, np.pi, 1001)
+    normal = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+    outward = []
+    for n in normal:
+        speed, e = profile(np.array([distance, 0.0]) + radius * n, field.goal, field)
+        outward.append(speed * float(e @ n))
+    assert error * 0.98 < min(outward) < error * 1.1
+
+
+def test_errors_beside_a_zone_are_told_apart_from_the_rest():
+    field = HarmonicField([0.0, 0.0], ([[3.0, 0.1]], [1.0]), margin=0.05)
+    run = control.track(
+        field,
+        [6.0, 0.0],
+        [0.0, 0.0],
+        period=0.05,
+        law="explicit",
+        disturbance=0.3,
+        clearance=lambda x: np.linalg.norm(x - [3.0, 0.1], axis=1) - 1.0,
+    )
+    assert run.clearances.shape == run.time.shape and run.clearances.min() == run.clearance
+    at = np.linalg.norm(run.positions - [3.0, 0.1], axis=1) - 1.0
+    assert (run.clearances <= at + 1e-12).all() and (run.clearances[:-1] <= at[1:] + 1e-12).all()
+    assert run.worst_error() == run.errors.max() and run.worst_error(nearer=-1.0) == 0.0
+    assert 0.0 < run.worst_error(nearer=0.3) < run.worst_error()
+
+
 @pytest.mark.parametrize(
     ("make", "words"),
     [

@@ -100,6 +100,19 @@ def test_chains_without_a_common_point_are_joined(n):
     assert path.reached and (np.linalg.norm(dense[:, None] - centers, axis=2) - 0.6).min() > 0.0
 
 
+def test_shells_are_among_the_assumptions():
+    world = random_world("lobed-stars", 4)
+    field = HarmonicField(world.goal, world.obstacles)
+    certificate = field.certificate()
+    (check,) = (check for check in certificate.checks if check.name.startswith("shells disjoint"))
+    assert certificate.granted and check.margin == min(field.chart.widths) and not certificate.notes
+    u = np.stack([np.cos(t := np.linspace(0, 2 * np.pi, 4001)), np.sin(t)], axis=-1)
+    for a, wa in zip(field.stars, field.chart.widths):  # witness: dense samples of every shell's outer boundary
+        edge = a.center + (a.radial(u)[0] + wa)[:, None] * u
+        for b, wb in zip(field.stars, field.chart.widths):
+            assert a is b or b.level(edge).min() > wb
+
+
 def test_a_ring_around_the_goal_cannot_be_merged():
     ring = np.arange(12) * 2 * np.pi / 12
     with pytest.raises(InputError, match=r"obstacle 0 \+ obstacle 1.*cannot be merged.*holds the goal"):

@@ -143,3 +143,33 @@ def test_an_ellipse_alone_in_the_plane_is_mapped_conformally():
     assert alone.clearance((edge + 0.1 * normal) @ turn.T).max() <= 1e-4
     two = HarmonicField([-3.0, 0.6], [shape, maps.ellipsoid([4, 4], [0.5, 0.2])], margin=0.1)
     assert len(two.stars) == 2 and two.trace([4.0, -0.2]).reached
+
+
+def test_a_star_and_a_ball_about_a_common_kernel_point_are_joined():
+    """The ball reaches into the lobed star's kernel: seen whole from there; elsewhere the hull stands for both."""
+    five = maps.lobed([0, 0], 1.0, 0.3, 5)
+    ball = np.array([0.25, 0.1]), 1.2
+    (joined,) = HarmonicField([-4.0, 0.0], [five, maps.RoundHull(ball[0], np.zeros(2), ball[1], ball[1])]).stars
+    assert isinstance(joined, maps.UnionStar) and joined.proven and joined.slack < 0.1
+    u = _unit(np.random.default_rng(0).standard_normal((2000, 2)))
+    assert joined.level(five.center + five.radial(u)[0][:, None] * u).max() <= 1e-9
+    assert joined.level(ball[0] + ball[1] * u).max() <= 1e-9
+    far = HarmonicField([-4.0, 0.0], [five, maps.lobed([1.4, 0.1], 0.8, 0.2, 3)])
+    (hull,) = far.stars
+    assert isinstance(hull, maps.PolytopeStar) and "beyond them" in far.notes[0]
+    assert hull.level(five.center + five.radial(u)[0][:, None] * u).max() <= 1e-9
+
+
+def test_conformal_points_as_goal_start_and_place():
+    import horosphere as hs
+
+    point = hs.Point.from_euclidean
+    field = HarmonicField(point([0.0, 0.0, 0.0]), [hs.Sphere.from_center_radius([2.0, 0.0, 0.0], 0.5)])
+    np.testing.assert_array_equal(field(point([4.0, 0.1, 0.0])), field([4.0, 0.1, 0.0]))
+    path = field.trace(point([4.0, 0.1, 0.0]))
+    assert path.reached
+    np.testing.assert_allclose(path.as_points().as_euclidean(), path.points, atol=1e-12)
+
+
+def _unit(x):
+    return x / np.linalg.norm(x, axis=1, keepdims=True)

@@ -94,6 +94,10 @@ def certify_field(field: HarmonicField) -> FieldCertificate:
     pair_gaps = np.array([gap] if m > 1 else [])
     pair_names = [f"{names[pair[0]]} and {names[pair[1]]}"] if m > 1 else []
     add("zones disjoint", pair_gaps, pair_names, all_three, "shrink the zones or the margin, or let them be merged")
+    if field.stars:
+        # they were made so narrow that they are; see `shell_widths`
+        add("shells disjoint, least width", np.array(field.chart.widths), names[m - len(field.stars) :], all_three,
+            "move the body off its neighbour")  # fmt: skip
     if len(world.walls):
         wall_gap = world.gaps()[:m, m : m + len(world.walls)]
         if field.stars:

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import chain
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,7 +9,7 @@ from numpy.typing import NDArray
 from ..errors import InputError
 
 Array = NDArray[np.float64]
-MOST_CELLS = 2_000_000
+MOST_CELLS = 200_000
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -39,7 +40,7 @@ def build_index(centers: Array, radii: Array, table: Array, boundary: float, cel
     low, high = (centers - radii[:, None]).min(axis=0), (centers + radii[:, None]).max(axis=0)
     spare = 0.05 * (high - low) + 1e-9
     low, high = low - spare, high + spare
-    wanted = min(max(16 * m, 4096) if cells is None else cells, MOST_CELLS)
+    wanted = min(max(4 * m, 4096) if cells is None else cells, MOST_CELLS)
     side = float((np.prod(high - low) / wanted) ** (1.0 / n))
     count = np.maximum(np.ceil((high - low) / side), 1.0).astype(int)
     axes = [low[k] + side * (np.arange(count[k]) + 0.5) for k in range(n)]
@@ -48,16 +49,28 @@ def build_index(centers: Array, radii: Array, table: Array, boundary: float, cel
     tree = cKDTree(centers)
     away, nearest = tree.query(middles)
     reach = away - radii[nearest] + 2.0 * half + 2.0 * boundary + float(radii.max())
-    found = tree.query_ball_point(middles, reach)
-    blocks, sizes = [], []
-    for middle, items in zip(middles, found):
-        k = np.asarray(items, dtype=np.int64)
-        d = np.linalg.norm(centers[k] - middle, axis=1) - radii[k]
-        k = k[d < d.min() + 2.0 * half + 2.0 * boundary + 1e-12]
-        blocks.append(table[:, k].ravel())
-        sizes.append(blocks[-1].size)
+    blocks, sizes, rows = [], [], len(table)
+    for first in range(0, len(middles), 50_000):
+        cell = slice(first, first + 50_000)
+        found = tree.query_ball_point(middles[cell], reach[cell], return_sorted=True)
+        counts = np.array([len(items) for items in found])
+        owner = np.repeat(np.arange(len(counts)), counts)
+        ball = np.fromiter(chain.from_iterable(found), np.int64, len(owner))
+        d = np.linalg.norm(centers[ball] - middles[cell][owner], axis=1) - radii[ball]
+        least = np.minimum.reduceat(d, np.cumsum(counts) - counts)
+        near = d < least[owner] + 2.0 * half + 2.0 * boundary + 1e-12
+        owner, ball = owner[near], ball[near]
+        counts = np.bincount(owner, minlength=len(counts))
+        starts = np.cumsum(counts) - counts
+        # every cell's table row after row
+        at = starts[owner] * rows + np.arange(len(owner)) - starts[owner]
+        block = np.empty(len(owner) * rows)
+        for row in range(rows):
+            block[at + row * counts[owner]] = table[row, ball]
+        blocks.append(block)
+        sizes.append(counts * rows)
     blocks.append(table.ravel())
-    sizes.append(table.size)
-    starts = np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64)
+    sizes.append(np.array([table.size]))
+    starts = np.concatenate([[0], np.cumsum(np.concatenate(sizes))]).astype(np.int64)
     grid = np.stack([low, np.full(n, 1.0 / side), count.astype(np.float64)])
-    return CellIndex(grid, starts, np.concatenate(blocks), len(table))
+    return CellIndex(grid, starts, np.concatenate(blocks), rows)

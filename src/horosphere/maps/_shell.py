@@ -2,6 +2,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Self
 
 import numpy as np
@@ -40,14 +41,20 @@ class ShellMap:
             raise InputError(f"expected {len(stars)} shell widths above 0, got {list(widths)}", place="widths")
         return cls(tuple(stars), tuple(float(w) for w in widths), tuple(star.inner for star in stars))
 
+    @cached_property
+    def _bounds(self) -> tuple[Array, Array]:
+        """Centres (m, n) and squared radii (m,) of balls around the shells."""
+        centers = np.array([star.center for star in self.stars])
+        return centers, np.array([star.outer + width for star, width in zip(self.stars, self.widths)]) ** 2
+
     def _shells(self, x: Array):
         """For every shell: the rows of x (b, n) in it, u, r, r_i, grad r_i."""
-        for star, width, inner in zip(self.stars, self.widths, self.inner):
-            y = x - star.center
-            near = np.flatnonzero((y * y).sum(axis=-1) < (star.outer + width) ** 2)
-            if len(near) == 0:
-                continue
-            u, r = unit(y[near])
+        centers, reach2 = self._bounds
+        within_reach = ((x[:, None] - centers) ** 2).sum(axis=-1) < reach2
+        for k in np.flatnonzero(within_reach.any(axis=0)):
+            star, width, inner = self.stars[k], self.widths[k], self.inner[k]
+            near = np.flatnonzero(within_reach[:, k])
+            u, r = unit(x[near] - star.center)
             edge, slope = star.radial(u)
             within = r < edge + width
             if within.any():
