@@ -102,7 +102,9 @@ def _of_humanoid(robot: Any, target: Any) -> Redundancy:
 
         wrist, tip = wrist_and_tip(arm, q)
         tilt = np.cross((tip - wrist) / arm[4], normal)  # of the gripper towards the plane, by a turn about each axis
-        return np.concatenate([J[..., 3:, :] / span, np.einsum("...i,...ij->...j", tilt, J[..., :3, :])[..., None, :]], -2)
+        return np.concatenate(
+            [J[..., 3:, :] / span, np.einsum("...i,...ij->...j", tilt, J[..., :3, :])[..., None, :]], -2
+        )
 
     # The row of the tilt: |d (n . (w_j x g)) / d q_i| <= 1 for all joints.
     bend = float(np.hypot(bend, robot.n_joints))
@@ -110,7 +112,13 @@ def _of_humanoid(robot: Any, target: Any) -> Redundancy:
 
 
 def free_arcs(
-    robot: Any, target: Any, obstacles: Any = (), clearance: float = 0.0, *, limits: bool = True, resolution: float = 1e-3
+    robot: Any,
+    target: Any,
+    obstacles: Any = (),
+    clearance: float = 0.0,
+    *,
+    limits: bool = True,
+    resolution: float = 1e-3,
 ) -> tuple[Arcs, ...]:
     """For every branch the values of its redundancy (psi, q7, q1 or phi) at which it exists, keeps inside the joint limits and
     its links at least `clearance` metres from sphere obstacles.
@@ -124,7 +132,7 @@ def free_arcs(
     if not resolution >= 1e-6:
         raise InputError(f"expected a resolution of at least 1e-6 radians, got {resolution}", place="resolution")
     one = redundancy(robot, target)
-    values = _Constraints(robot, obstacles, clearance, limits)
+    values = Constraints(robot, obstacles, clearance, limits)
     middle, half = 0.5 * (one.ends[1:] + one.ends[:-1]), 0.5 * np.diff(one.ends)
     _, exists = one.rows(middle)
     interval, branch = np.nonzero(exists)
@@ -140,7 +148,9 @@ def free_arcs(
         chord = np.sqrt(((right.q - left.q) ** 2).sum(axis=-1))
         short = _short(one, left, right, chord)
         drift = _STRETCH * chord[:, None] * values.speed
-        clear = short & (left.f + right.f > drift).all(axis=-1) & (left.f > 0.0).all(axis=-1) & (right.f > 0.0).all(axis=-1)
+        clear = (
+            short & (left.f + right.f > drift).all(axis=-1) & (left.f > 0.0).all(axis=-1) & (right.f > 0.0).all(axis=-1)
+        )
         blocked = short & ((left.f < 0.0) & (right.f < 0.0) & (left.f + right.f < -drift)).any(axis=-1)
         for k in np.flatnonzero(clear):
             free.append((int(branch[k]), float(at(low[k], interval[k])), float(at(high[k], interval[k]))))
@@ -180,12 +190,12 @@ class _Samples:
     ahead: Floats
 
     @staticmethod
-    def of(one: Redundancy, values: _Constraints, value: Floats, ahead: Floats, branch: NDArray[np.int64]) -> _Samples:
+    def of(one: Redundancy, values: Constraints, value: Floats, ahead: Floats, branch: NDArray[np.int64]) -> _Samples:
         pick = np.arange(len(value))
         q, exists = one.rows(value)
         q, exists = q[pick, branch], exists[pick, branch]
         forward, _ = one.rows(ahead)
-        sigma = np.linalg.svd(one.task(q), compute_uv=False)[..., -1] if len(q) else np.zeros(0)
+        sigma = np.asarray(np.linalg.svd(one.task(q), compute_uv=False)[..., -1], dtype=np.float64)
         return _Samples(q, exists, values(q), sigma, forward[pick, branch] - q)
 
     def take(self, which: Bools) -> _Samples:
@@ -196,12 +206,14 @@ class _Samples:
         return _Samples(*(np.concatenate(pair) for pair in pairs))
 
 
-class _Constraints:
+class Constraints:
     """Joint margins (radians) and clearances beyond the wanted one (metres) of postures, and how fast each can change."""
 
     def __init__(self, robot: Any, obstacles: Any, clearance: float, limits: bool) -> None:
         self.robot, self.clearance = robot, clearance
-        centers, sizes = _balls(obstacles) if obstacles is not None and len(obstacles) else (np.zeros((0, 3)), np.zeros(0))
+        centers, sizes = (
+            _balls(obstacles) if obstacles is not None and len(obstacles) else (np.zeros((0, 3)), np.zeros(0))
+        )
         self.lower = robot.limits.lower if limits else np.full(robot.n_joints, -np.inf)
         self.upper = robot.limits.upper if limits else np.full(robot.n_joints, np.inf)
         levers, _, _ = _sizes(robot)
@@ -228,7 +240,9 @@ class _Constraints:
         size = np.maximum((side**2).sum(axis=-1), 1e-300)[..., None]
         t = np.clip(np.einsum("...oj,...j->...o", away, side) / size, 0.0, 1.0)
         gap = np.sqrt(((away - t[..., None] * side[..., None, :]) ** 2).sum(axis=-1))
-        return (gap - self.radii - capsules.radius[self.bodies][:, None]).reshape(len(q), len(self.bodies) * len(self.radii))
+        return (gap - self.radii - capsules.radius[self.bodies][:, None]).reshape(
+            len(q), len(self.bodies) * len(self.radii)
+        )
 
 
 def _sizes(robot: Any) -> tuple[Floats, float, float]:
@@ -247,7 +261,10 @@ def _sizes(robot: Any) -> tuple[Floats, float, float]:
             far[i], moved[i] = far[link.parent] + step * moved[link.parent], moved[link.parent]
         if link.kind == "revolute":
             moved[i, link.coordinate] = True
-    far[count], moved[count] = far[robot.tip] + 2.0 * float(np.linalg.norm(robot.tool[4:])) * moved[robot.tip], moved[robot.tip]
+    far[count], moved[count] = (
+        far[robot.tip] + 2.0 * float(np.linalg.norm(robot.tool[4:])) * moved[robot.tip],
+        moved[robot.tip],
+    )
     capsules = robot.capsules
     size = np.maximum(np.linalg.norm(capsules.a, axis=-1), np.linalg.norm(capsules.b, axis=-1))
     levers = np.where(moved[capsules.link], far[capsules.link] + size[:, None], 0.0)
@@ -268,4 +285,3 @@ def _joined(parts: list[tuple[float, float]], words: str) -> Arcs:
         else:
             arcs.append([a, b])
     return Arcs(np.array(arcs, float).reshape(-1, 2), "" if arcs else words)
-
