@@ -21,7 +21,7 @@ from horosphere import kinematics, robots
 from horosphere.versors import Motor
 
 SAME = 2e-4  # radians: solutions nearer than this are one (angles at double roots are good to 1e-6, those of peers to 1e-4)
-PEERS = ("ssik", "eaik", "roboticstoolbox", "pytracik")
+PEERS = {"ssik": "ssik", "eaik": "eaik", "roboticstoolbox": "roboticstoolbox-python", "pytracik": "pytracik"}
 MODULES = ("franka_panda_ik", "ur5_ik", "iiwa14_ik", "puma560_ik")
 
 
@@ -208,7 +208,7 @@ def own_arms() -> list[Arm]:
 
 
 if __name__ == "__main__":
-    heading(*(name for name in PEERS if installed(name)))
+    heading(*(name for module, name in PEERS.items() if installed(module)))
     word, rest = (sys.argv[1] if len(sys.argv) > 1 else "all"), sys.argv[2:]
     if word in ("speed", "all"):
         speed()

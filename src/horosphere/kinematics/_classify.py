@@ -243,4 +243,9 @@ def _why_not(chain: Screws) -> str:
     for i, (parallel, gap) in enumerate(zip(r.parallel, r.gap)):
         relation = "parallel" if parallel else "meet" if gap <= GAP else f"miss by {1e3 * gap:.4g} mm"
         words.append(f"{i + 1}-{i + 2} {relation}")
+        before, here = (r.meet[i - 1] if i else None), r.meet[i]
+        if before is not None and here is not None and max(r.gap[i - 1], gap) <= GAP:
+            apart = float(np.linalg.norm(here - before))
+            if apart > GAP:  # three axes that meet in pairs and not in one point: what a wrist lacks
+                words[-1] += f" ({1e3 * apart:.4g} mm from where {i}-{i + 1} meet)"
     return "no structure with a closed form here (axes " + ", ".join(words) + ")"
