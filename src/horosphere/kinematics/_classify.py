@@ -119,7 +119,8 @@ def chain_structure(robot: Any) -> Structure:
         return Structure("numerical", reasons=(chain,))
     n = len(chain.axes)
     if n not in _READERS:
-        return Structure("numerical", reasons=(f"{n} revolute joints: closed forms are known here for 5, 6 and 7",))
+        reason = f"{n} revolute joints: closed forms are known here for 5, 6 and 7"
+        return Structure("numerical", reasons=(reason, *_shorter(robot, chain)))
     forward, backward = chain, chain.reversed()
     near = tuple(
         (i + 1, i + 2, gap)
@@ -131,7 +132,22 @@ def chain_structure(robot: Any) -> Structure:
             found = _READERS[n](screw, _relations(screw), tolerance)
             if found is not None:
                 return _finished(found, screw, is_reversed, near, n)
-    return Structure("numerical", reasons=(_why_not(chain),), near_misses=near)
+    return Structure("numerical", reasons=(_why_not(chain), *_shorter(robot, chain)), near_misses=near)
+
+
+def _shorter(robot: Any, chain: Screws) -> tuple[str, ...]:
+    """What the chain would be without its last joint, often one of a gripper: a hint for whoever named the tip."""
+    n = len(chain.axes) - 1
+    if n not in _READERS:
+        return ()
+    short = Screws(chain.axes[:-1], chain.points[:-1], chain.home)
+    for screw in (short, short.reversed()):
+        found = _READERS[n](screw, _relations(screw), GAP)
+        if found is not None:
+            moved = next(link for link in reversed([robot.links[k] for k in robot.chain]) if link.kind != "fixed")
+            tip = robot.links[moved.parent].name
+            return (f"without {robot.joint_names[moved.coordinate]}, with the tip {tip}, it would be {found.name}",)
+    return ()
 
 
 def _finished(found: Structure, chain: Screws, is_reversed: bool, near, n: int) -> Structure:
