@@ -21,7 +21,7 @@ from horosphere import kinematics, robots
 from horosphere.versors import Motor
 
 SAME = 2e-4  # radians: solutions nearer than this are one (angles at double roots are good to 1e-6, those of peers to 1e-4)
-PEERS = ("ssik", "eaik", "roboticstoolbox", "pytracik")
+PEERS = {"ssik": "ssik", "eaik": "eaik", "roboticstoolbox": "roboticstoolbox-python", "pytracik": "pytracik"}
 MODULES = ("franka_panda_ik", "ur5_ik", "iiwa14_ik", "puma560_ik")
 
 
@@ -156,7 +156,7 @@ def poses(*files: str, count: int = 10_000) -> None:
     """FK(IK) of every robot, through a URDF and the classifier."""
     print(f"\n{count} random poses inside the limits; error: largest entry of FK(IK) - pose over all valid rows")
     heads = ("solved", "rows a pose", "inside limits", "largest error", "posture found again")
-    print(f"{'robot':28s}{'form':22s}" + "".join(f"{word:>21s}" for word in heads))
+    print(f"{'robot':38s}{'form':20s}" + "".join(f"{word:>21s}" for word in heads))
     for name, robot in [*named_robots(), *(given_robot(text) for text in files)]:
         structure = kinematics.classify(robot)
         form = structure.name + (" reversed" if structure.is_reversed else "")
@@ -164,14 +164,14 @@ def poses(*files: str, count: int = 10_000) -> None:
         q = np.random.default_rng(0).uniform(low, high, (count, robot.n_joints))
         wanted = kinematics.forward(robot, q)
         if not structure.is_closed_form:
-            print(f"{name:28s}{structure}")
+            print(f"{name:38s}{structure}")
             continue
         found = kinematics.inverse(robot, wanted, seed=q)
         error = np.abs(kinematics.forward(robot, found.q).as_matrix() - wanted.as_matrix()[:, None]).max(axis=(-1, -2))
         again = np.where(found.valid, apart(found.q, q[:, None]), 9.0).min(axis=-1)
         inside = found.within_limits(robot).any(axis=-1).mean()
         print(
-            f"{name:28s}{form:22s}{found.solved.mean():21.2%}{found.valid.sum(-1).mean():21.2f}{inside:21.2%}"
+            f"{name:38s}{form:20s}{found.solved.mean():21.2%}{found.valid.sum(-1).mean():21.2f}{inside:21.2%}"
             f"{error[found.valid].max():21.1e}{(again < SAME).mean():21.2%}",
             flush=True,
         )
@@ -208,7 +208,7 @@ def own_arms() -> list[Arm]:
 
 
 if __name__ == "__main__":
-    heading(*(name for name in PEERS if installed(name)))
+    heading(*(name for module, name in PEERS.items() if installed(module)))
     word, rest = (sys.argv[1] if len(sys.argv) > 1 else "all"), sys.argv[2:]
     if word in ("speed", "all"):
         speed()

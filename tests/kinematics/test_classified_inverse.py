@@ -123,6 +123,7 @@ def test_nao_poses_have_four_branches_and_one_inside_the_limits(nao):
 def test_the_nao_hand_joint_is_no_arm_joint_and_is_said_so(shared_data):
     found = classify(load(shared_data / "nao.urdf", base="torso", tip="l_gripper"))
     assert not found.is_closed_form and "miss by" in str(found)
+    assert "with the tip l_wrist, it would be us5" in str(found)
 
 
 def test_near_miss_is_reported_in_millimetres_and_solved_exactly_from_the_other_end():

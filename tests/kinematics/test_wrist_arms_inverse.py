@@ -166,5 +166,5 @@ def test_elbow_arcs_name_what_blocks_everything():
     T = chain_pose(*srs(*lengths), np.array([0.3, 0.6, 0.4, 1.2, 0.3, 0.5, 0.1]))
     arcs = elbow_arcs(srs_arm(*lengths), Motor.from_matrix(T), (T[None, :3, 3], [0.02]))
     assert arcs.free.shape == (0, 2) and "hand" in arcs.reason
-    with pytest.raises(InputError, match="S-R-S"):
+    with pytest.raises(InputError, match="GripperOnPlane"):
         elbow_arcs(humanoid_arm(), Motor.from_matrix(T), [])

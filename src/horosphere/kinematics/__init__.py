@@ -7,6 +7,7 @@ from ._classify import classify as classify
 from ._forward import carry as carry
 from ._forward import forward as forward
 from ._forward import frames as frames
+from ._free_arcs import free_arcs as free_arcs
 from ._inverse import inverse as inverse
 from ._jacobian import entity_jacobian as entity_jacobian
 from ._jacobian import forward_and_jacobian as forward_and_jacobian
@@ -14,5 +15,6 @@ from ._jacobian import jacobian as jacobian
 from ._jacobian import joint_generators as joint_generators
 from ._numeric import numerical_inverse as numerical_inverse
 from ._redundancy import limit_arcs as limit_arcs
+from ._roomiest import roomiest as roomiest
 from ._solutions import IkSolutions as IkSolutions
 from ._targets import GripperOnPlane as GripperOnPlane

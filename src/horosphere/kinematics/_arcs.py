@@ -60,8 +60,13 @@ class Arcs:
         return float((self.free[:, 1] - self.free[:, 0]).sum())
 
 
-def elbow_arcs(robot: Any, target: Any, obstacles: Any, clearance: float = 0.0, *, fixed_bodies: bool = True) -> Arcs:
+def elbow_arcs(
+    robot: Any, target: Any, obstacles: Any, clearance: float = 0.0, *, fixed_bodies: bool = True
+) -> Arcs | tuple[Arcs, ...]:
     """The elbow angles psi of an S-R-S arm at which its links stay at least `clearance` metres from sphere obstacles.
+
+    For the built-in S-R-S arm one Arcs in closed form, as follows; for any other arm with a redundancy (elbow offset, sew7,
+    reversed chains, the 5-DOF humanoid arm over phi) one Arcs a branch: `free_arcs(..., limits=False)`, proved between samples.
 
     target: one pose of the tip. obstacles: what `shapes.as_shapes` takes, spheres only. The arcs are exact for the
     capsules of upper arm and forearm (all 8 branches share them). Bodies that do not move with psi (column, hand)
@@ -69,13 +74,13 @@ def elbow_arcs(robot: Any, target: Any, obstacles: Any, clearance: float = 0.0, 
     One link is a segment from a fixed end P (shoulder or wrist) to the elbow on sphere(P, L); an obstacle grown by
     radius and clearance to rho forbids the side E.pi > 0 of the plane of its tangent cone (or of the radical plane of
     both spheres), and that plane cuts the elbow circle in the point pair (z ^ pi)*. Our derivation.
-    Raises InputError for another robot, a batch of targets, obstacles that are not spheres, capsules off the links'
+    Raises InputError for a robot without redundancy, a batch of targets, obstacles that are not spheres, capsules off the links'
     axes.
     """
     if not robot.closed_form or robot.closed_form[0] != "srs_arm":
-        raise InputError(
-            f"robot {robot.name!r} is not an S-R-S arm", place="robot", remedy="make it with robots.srs_arm(...)"
-        )
+        from ._free_arcs import free_arcs
+
+        return free_arcs(robot, target, obstacles, clearance, limits=False)
     dbs, dse, dew, dwf = arm_lengths(robot)
     rotation, origin = pose_arrays(target)
     if origin.ndim != 1:

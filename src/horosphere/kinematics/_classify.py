@@ -119,7 +119,8 @@ def chain_structure(robot: Any) -> Structure:
         return Structure("numerical", reasons=(chain,))
     n = len(chain.axes)
     if n not in _READERS:
-        return Structure("numerical", reasons=(f"{n} revolute joints: closed forms are known here for 5, 6 and 7",))
+        reason = f"{n} revolute joints: closed forms are known here for 5, 6 and 7"
+        return Structure("numerical", reasons=(reason, *_shorter(robot, chain)))
     forward, backward = chain, chain.reversed()
     near = tuple(
         (i + 1, i + 2, gap)
@@ -131,7 +132,22 @@ def chain_structure(robot: Any) -> Structure:
             found = _READERS[n](screw, _relations(screw), tolerance)
             if found is not None:
                 return _finished(found, screw, is_reversed, near, n)
-    return Structure("numerical", reasons=(_why_not(chain),), near_misses=near)
+    return Structure("numerical", reasons=(_why_not(chain), *_shorter(robot, chain)), near_misses=near)
+
+
+def _shorter(robot: Any, chain: Screws) -> tuple[str, ...]:
+    """What the chain would be without its last joint, often one of a gripper: a hint for whoever named the tip."""
+    n = len(chain.axes) - 1
+    if n not in _READERS:
+        return ()
+    short = Screws(chain.axes[:-1], chain.points[:-1], chain.home)
+    for screw in (short, short.reversed()):
+        found = _READERS[n](screw, _relations(screw), GAP)
+        if found is not None:
+            moved = next(link for link in reversed([robot.links[k] for k in robot.chain]) if link.kind != "fixed")
+            tip = robot.links[moved.parent].name
+            return (f"without {robot.joint_names[moved.coordinate]}, with the tip {tip}, it would be {found.name}",)
+    return ()
 
 
 def _finished(found: Structure, chain: Screws, is_reversed: bool, near, n: int) -> Structure:
@@ -243,4 +259,9 @@ def _why_not(chain: Screws) -> str:
     for i, (parallel, gap) in enumerate(zip(r.parallel, r.gap)):
         relation = "parallel" if parallel else "meet" if gap <= GAP else f"miss by {1e3 * gap:.4g} mm"
         words.append(f"{i + 1}-{i + 2} {relation}")
+        before, here = (r.meet[i - 1] if i else None), r.meet[i]
+        if before is not None and here is not None and max(r.gap[i - 1], gap) <= GAP:
+            apart = float(np.linalg.norm(here - before))
+            if apart > GAP:  # three axes that meet in pairs and not in one point: what a wrist lacks
+                words[-1] += f" ({1e3 * apart:.4g} mm from where {i}-{i + 1} meet)"
     return "no structure with a closed form here (axes " + ", ".join(words) + ")"

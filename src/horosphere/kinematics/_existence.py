@@ -48,7 +48,7 @@ class Trig:
         if size == 0.0:
             return np.zeros(0)
         z = np.roots(np.where(np.abs(c) < 1e-15 * size, 0.0, c))
-        return np.angle(z[np.abs(np.abs(z) - 1.0) < 1e-3])
+        return np.asarray(np.angle(z[np.abs(np.abs(z) - 1.0) < 1e-3]), dtype=np.float64)
 
 
 def q7_candidates(made: Any, motor: Floats) -> Floats:

@@ -132,7 +132,7 @@ def free_arcs(
     if not resolution >= 1e-6:
         raise InputError(f"expected a resolution of at least 1e-6 radians, got {resolution}", place="resolution")
     one = redundancy(robot, target)
-    values = _Constraints(robot, obstacles, clearance, limits)
+    values = Constraints(robot, obstacles, clearance, limits)
     middle, half = 0.5 * (one.ends[1:] + one.ends[:-1]), 0.5 * np.diff(one.ends)
     _, exists = one.rows(middle)
     interval, branch = np.nonzero(exists)
@@ -190,12 +190,12 @@ class _Samples:
     ahead: Floats
 
     @staticmethod
-    def of(one: Redundancy, values: _Constraints, value: Floats, ahead: Floats, branch: NDArray[np.int64]) -> _Samples:
+    def of(one: Redundancy, values: Constraints, value: Floats, ahead: Floats, branch: NDArray[np.int64]) -> _Samples:
         pick = np.arange(len(value))
         q, exists = one.rows(value)
         q, exists = q[pick, branch], exists[pick, branch]
         forward, _ = one.rows(ahead)
-        sigma = np.linalg.svd(one.task(q), compute_uv=False)[..., -1] if len(q) else np.zeros(0)
+        sigma = np.asarray(np.linalg.svd(one.task(q), compute_uv=False)[..., -1], dtype=np.float64)
         return _Samples(q, exists, values(q), sigma, forward[pick, branch] - q)
 
     def take(self, which: Bools) -> _Samples:
@@ -206,7 +206,7 @@ class _Samples:
         return _Samples(*(np.concatenate(pair) for pair in pairs))
 
 
-class _Constraints:
+class Constraints:
     """Joint margins (radians) and clearances beyond the wanted one (metres) of postures, and how fast each can change."""
 
     def __init__(self, robot: Any, obstacles: Any, clearance: float, limits: bool) -> None:

@@ -21,8 +21,9 @@ def limit_arcs(robot: Any, target: Any, tolerance: float = 1e-9) -> tuple[Arcs, 
     """For every branch the values of psi (or q7, q1) at which it meets the pose inside the joint limits.
 
     One pose. S-R-S arms: closed form, since every joint limit cuts the elbow circle in a plane, so a limit of a joint
-    is at most two psi. Other arms: 512 samples of the joint's range and bisection of every change to 1e-12; narrower
-    arcs can be missed. Rows in the order of `inverse(...).branch`. Our derivation, docs/inverse-kinematics.md.
+    is at most two psi. Other arms: `free_arcs` without obstacles, where the branches' existence is in closed form and the
+    limits are proved between samples to 1e-4 rad. Rows in the order of `inverse(...).branch`. Our derivation,
+    docs/inverse-kinematics.md.
     Raises InputError for a robot without redundancy and for a batch of poses.
     """
     made = solver(robot)

@@ -100,6 +100,16 @@ class IkSolutions:
         some = np.asarray(usable.any(axis=-1))
         return np.where(some[..., None], best, np.nan)
 
+    def explain(self, robot, target) -> str:
+        """Why no row is inside the joint limits of `robot`, for one target: "" if one is.
+
+        Reached only outside the limits: by which branch most nearly, and which joint would have to go where. Not reached: the
+        reason, and how far and where the nearest pose is that a numerical search inside the limits finds.
+        """
+        from ._explain import explain
+
+        return explain(self, robot, target)
+
     def name(self, row: int) -> str:
         """The branch of a row in words, e.g. "back=0 elbow=1 flip=0"."""
         if not 0 <= row < len(self.branch):

@@ -1,0 +1,64 @@
+"""Why a target has no posture inside the joint limits, in one sentence."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ..errors import InputError
+from ._solutions import IkSolutions
+
+
+def explain(found: IkSolutions, robot: Any, target: Any) -> str:
+    """`IkSolutions.explain`."""
+    if found.valid.ndim != 1:
+        raise InputError(
+            f"expected the solutions of one target, got a batch of shape {found.valid.shape[:-1]}", place="explain"
+        )
+    if found.within_limits(robot).any():
+        return ""
+    if found.valid.any():
+        return _outside_limits(found, robot)
+    return found.reason + _nearest(robot, target)
+
+
+def _outside_limits(found: IkSolutions, robot: Any) -> str:
+    lower, upper = robot.limits.lower, robot.limits.upper
+    over = np.maximum(np.maximum(lower - found.q, found.q - upper), 0.0)
+    row = int(np.argmin(np.where(found.valid, over.max(axis=-1), np.inf)))
+    joint = int(np.argmax(over[row]))
+    count = int(found.valid.sum())
+    kind = next(link.kind for link in robot.links if link.coordinate == joint)
+    angle = (lambda x: f"{np.degrees(x):.4g} deg") if kind == "revolute" else (lambda x: f"{x:.4g} m")
+    return (
+        f"{count} of {len(found.valid)} branches reach the target, none inside the joint limits: the nearest, {found.name(row)}, "
+        f"needs {robot.joint_names[joint]} at {angle(found.q[row, joint])}, and its limits are {angle(lower[joint])} to "
+        f"{angle(upper[joint])}"
+    )
+
+
+def _nearest(robot: Any, target: Any) -> str:
+    """The nearest pose inside the limits, in words."""
+    from ..versors import Motor
+    from ._forward import forward
+    from ._numeric import numerical_inverse
+    from ._targets import GripperOnPlane, pose_motor
+    from ._wrist_arms import matrix_error
+
+    if isinstance(target, GripperOnPlane):
+        from ..entities import Point
+
+        goal: Any = Point.from_euclidean(target.point)
+    else:
+        goal = Motor._wrap(pose_motor(target))
+    best = numerical_inverse(robot, goal, attempts=30).q[0]
+    reached = forward(robot, best).as_matrix()
+    x, y, z = reached[:3, 3]
+    wanted = target.point if isinstance(target, GripperOnPlane) else goal.as_matrix()[:3, 3]
+    words = f"; the nearest pose found has the tip at ({x:.4g}, {y:.4g}, {z:.4g}), {np.linalg.norm(wanted - [x, y, z]):.3g} m away"
+    if isinstance(goal, Motor):
+        both = goal.as_matrix()
+        both[:3, 3] = reached[:3, 3]
+        words += f" and {matrix_error(reached, both):.3g} rad turned"
+    return words
