@@ -1,4 +1,4 @@
-"""What the README and the pages on scenes and the command line say, runs."""
+"""What the README and the pages on scenes, certificates and the command line say, runs."""
 
 import re
 from pathlib import Path
@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parent.parent
-PAGES = ("README.md", "docs/scenes.md", "docs/cli.md")
+PAGES = ("README.md", "docs/scenes.md", "docs/cli.md", "docs/certificate.md")
 
 
 def blocks(page, language):
@@ -42,7 +42,7 @@ def test_every_command_that_is_named_is_understood():
     text = "".join((ROOT / page).read_text() for page in PAGES)
     lines = set(
         re.findall(
-            r"(?:^|`)(?:\./run )?horosphere ((?:plan|check|show|robot|scenes|warmup|field|snake)\b[^`#\n]*)",
+            r"(?:^|`)(?:\./run )?horosphere ((?:plan|check|show|robot|scenes|warmup|field|snake|sweep)\b[^`#\n]*)",
             text,
             re.MULTILINE,
         )
@@ -74,6 +74,6 @@ def test_the_table_of_scene_fields_is_complete():
 
 
 def test_links_lead_somewhere():
-    for page in PAGES:
+    for page in ("README.md", *(f"docs/{path.name}" for path in (ROOT / "docs").glob("*.md"))):
         for target in re.findall(r"\]\((?!http)([^)#]+)", (ROOT / page).read_text()):
             assert ((ROOT / page).parent / target).exists(), f"{page}: {target}"

@@ -298,10 +298,15 @@ def steer(
     json
         Print the result as JSON.
     """
+    from ..errors import InputError
     from ..io import output_folder
     from ..snake import motion_figure
 
     q0, q1 = _numbers(start, "START"), _numbers(goal, "GOAL")
+    for name, q in (("START", q0), ("GOAL", q1)):
+        if len(q) < 5 or len(q) != len(q0):
+            wanted = f"{len(q0)} numbers as START has" if len(q0) >= 5 else "x, y, theta and at least two angles Phi"
+            raise InputError(f"expected {wanted}, got {len(q)}", place=name)
     with out.working("steering"):
         snake = _snake(len(q0) - 2 if links is None else links, length, None, wheel_fraction)
         result = snake.steer(q0, q1, tolerance, seed=seed)

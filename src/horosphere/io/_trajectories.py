@@ -65,6 +65,9 @@ def _save_npz(trajectory: Trajectory, path: Path) -> None:
 
 
 def _load_npz(path: Path) -> Trajectory:
+    with open(path, "rb") as file:
+        if file.read(2) != b"PK":
+            raise InputError("not an NPZ file: no archive", remedy="numpy.savez writes one")
     try:
         with np.load(path, allow_pickle=False) as archive:
             data = {key: archive[key] for key in archive.files}

@@ -39,25 +39,27 @@ def configurations(scene: Scene, which: str) -> Configurations:
     q = np.ascontiguousarray(q[inside])
     margins = margin(scene, q)
     if not (margins >= 0.0).any():
-        return Configurations(q[:0], f"{which} in collision: {touch(scene, q)}{_scope(scene, which, len(q))}")
+        return Configurations(
+            q[:0], f"{which} in collision: {touch(scene, q)}{_scope(scene, which, len(q), ' within the limits')}"
+        )
     order = np.argsort(-margins)
     return Configurations(np.ascontiguousarray(q[order[margins[order] >= 0.0]]))
 
 
-def _scope(scene: Scene, which: str, count: int) -> str:
+def _scope(scene: Scene, which: str, count: int, kept: str = "") -> str:
     """Of which postures a refusal speaks: of the one that is given, of all there are, or of those that were looked at."""
     target = getattr(scene, which)
     if isinstance(target, JointTarget):
         return ""
     if count == 1:
-        postures = "the only posture found"
+        postures = f"the only posture{kept}"
     else:
-        postures = f"the best of {count} postures"
+        postures = f"the best of {count} postures{kept}"
     structure = kinematics.classify(arm(scene))
     if not isinstance(target, (GripperPlaneTarget, PoseTarget)) or not structure.is_closed_form:
         return f", in {postures} that a numerical search found; others may exist"
     if structure.parameter is None:
-        return f", in {postures}: no other reaches it" if count == 1 else f", in {postures}: every branch was looked at"
+        return f", in {postures}: every branch was looked at"
     return f", in {postures}: every branch, with {FREE_SAMPLES} values of the free angle {structure.parameter}"
 
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ..scenes import Scene, Trajectory
+from ..scenes import PointRobot, Scene, Trajectory
 from ._measure import Measures
 
 
@@ -125,8 +125,8 @@ def _clearance(certificate: Any, scene: Scene, certified: bool) -> str:
 
 def length(metres: float) -> str:
     """A length with a unit that suits it."""
-    if metres >= 1.0:
-        return f"{metres:.3f} m"
+    if metres >= 1.0 or metres == 0.0:
+        return f"{metres:.3f} m" if metres else "0 m"
     return f"{1e3 * metres:.2f} mm" if metres >= 1e-5 else f"{metres:.1e} m"
 
 
@@ -138,8 +138,10 @@ def _step(scene: Scene, trajectory: Trajectory) -> str:
     steps = np.abs(np.diff(trajectory.positions, axis=0)).max(axis=0, initial=0.0)
     j = int(np.argmax(steps))
     robot: Any = scene.robot
+    if isinstance(robot, PointRobot):
+        return f"{length(float(steps[j]))} between waypoints"
     if not hasattr(robot, "joint_names"):
-        return f"{steps[j]:.4g}"
+        return f"{steps[j]:.4g} m or rad between waypoints"
     sliding = {link.coordinate for link in robot.links if link.kind == "prismatic"}
     amount = f"{1e3 * steps[j]:.2f} mm" if j in sliding else f"{math.degrees(steps[j]):.2f} degrees"
     return f"{amount} between waypoints ({robot.joint_names[j]})"
