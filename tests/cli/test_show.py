@@ -70,8 +70,8 @@ def test_a_robot_with_sliders_and_as_a_page(tmp_path, capsys):
     assert '"scene": "panda"' in capsys.readouterr().out
     view = RobotView(robots.load("panda"))
     try:
-        before = view._moving[-1][0].position
-        view._sliders[3][0].value = -90.0
+        before = np.array(view._moving[-1][0].position)
+        view._sliders[3][0].value = -60.0
         view.run(0.2)
         assert not np.allclose(view._moving[-1][0].position, before)
         assert "nearest checked links" in view._text.content
