@@ -14,7 +14,7 @@ from importlib.metadata import version
 import numpy as np
 
 from horosphere import certify, distance, robots
-from horosphere.shapes import Ball, Box, Capsule, Cylinder, HalfSpace
+from horosphere.shapes import Ball, Box, Capsule, Cylinder, HalfSpace, Mesh, PointCloud, box_cover
 
 
 def best(call: Callable[[], object], repeat: int = 7, least: float = 0.02) -> float:
@@ -109,6 +109,40 @@ def main() -> None:
     dense = distance.clearance(robot, np.linspace(path[:-1], path[1:], 200), obstacles).min()
     print(f"certificate, 40 waypoints      {seconds * 1e3:9.3f} ms, {bound.evaluations} configurations")
     print(f"  {bound.lower:.6f} <= least clearance <= {bound.upper:.6f} m; densely sampled {dense:.6f} m")
+    meshes_and_clouds(robot, one, many)
+
+
+def meshes_and_clouds(robot: robots.Robot, one: np.ndarray, many: np.ndarray) -> None:
+    """A ring of 20,000 triangles beside coal, and a million points: how long they take to be made ready and to be asked."""
+    import trimesh
+
+    ring = trimesh.creation.torus(0.15, 0.04, major_sections=100, minor_sections=100)
+    ring.apply_translation([0.35, 0.1, -0.1])
+
+    def made():
+        return Mesh(np.asarray(ring.vertices), np.asarray(ring.faces))
+
+    def first(solid) -> float:
+        start = time.perf_counter()
+        distance.signed(robot, one, [solid])
+        return time.perf_counter() - start
+
+    distance.signed(robot, one, [made()])  # compiles
+    mesh = made()
+    print(f"ring of {len(mesh.faces)} triangles, {len(robot.capsules)} capsules")
+    print(f"  made ready                   {first(mesh) * 1e3:9.0f} ms")
+    for text, q in (("signed, batch", many[:1000]), ("signed + gradient, batch", many[:1000])):
+        seconds = best(lambda q=q, g="grad" in text: distance.signed(robot, q, [mesh], gradient=g), repeat=3) / len(q)
+        print(f"  {text:<29}{seconds * 1e6:9.2f} us a configuration")
+    start = time.perf_counter()
+    boxes, slack = box_cover(made())
+    print(f"  {len(boxes)} boxes round it, slack {1e3 * slack:.0f} mm {(time.perf_counter() - start) * 1e3:9.0f} ms")
+    rng = np.random.default_rng(0)
+    points = np.column_stack([rng.uniform(-1.0, 1.0, (1_000_000, 2)), 0.05 * rng.normal(size=1_000_000) - 0.6])
+    cloud = PointCloud(points, 0.003)
+    print(f"cloud of {len(points)} points\n  made ready                   {first(cloud) * 1e3:9.0f} ms")
+    seconds = best(lambda: distance.signed(robot, many[:1000], [cloud]), repeat=3) / 1000
+    print(f"  signed, batch                {seconds * 1e6:9.2f} us a configuration")
 
 
 if __name__ == "__main__":

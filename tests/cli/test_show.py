@@ -57,3 +57,23 @@ def test_dragging_plans_again():
         assert "solved" in view._verdict.content
     finally:
         view.close()
+
+
+def test_a_robot_with_sliders_and_as_a_page(tmp_path, capsys):
+    from horosphere import robots
+    from horosphere.cli._app import main
+    from horosphere.viewer import RobotView
+
+    assert main(["robot", "panda", "--out", str(tmp_path / "p.yaml"), "--view", str(tmp_path / "p.html")]) == 0
+    assert "<html" in (tmp_path / "p.html").read_text()[:2000].lower()
+    assert main(["show", str(tmp_path / "p.yaml"), "--seconds", "0.1", "--json"]) == 0
+    assert '"scene": "panda"' in capsys.readouterr().out
+    view = RobotView(robots.load("panda"))
+    try:
+        before = np.array(view._moving[-1][0].position)
+        view._sliders[3][0].value = -60.0
+        view.run(0.2)
+        assert not np.allclose(view._moving[-1][0].position, before)
+        assert "nearest checked links" in view._text.content
+    finally:
+        view.close()

@@ -138,6 +138,12 @@ def path_links(urdf: Urdf, base: str, tip: str) -> list[str]:
     path = [tip]
     while path[-1] != base:
         if path[-1] not in urdf.joints:
+            if tip in _above(urdf, base):
+                raise InputError(
+                    f"the tip {tip!r} lies above the base {base!r}: {' > '.join([*_above(urdf, base)[::-1], base])}",
+                    place=str(urdf.path),
+                    remedy="a chain runs from the base down to the tip: exchange them, or take another base",
+                )
             raise InputError(
                 f"the tip {tip!r} does not hang on the base {base!r}",
                 place=str(urdf.path),
@@ -145,6 +151,15 @@ def path_links(urdf: Urdf, base: str, tip: str) -> list[str]:
             )
         path.append(urdf.joints[path[-1]].parent)
     return path[::-1]
+
+
+def _above(urdf: Urdf, link: str) -> list[str]:
+    """The links that a link hangs on, the nearest first."""
+    path = []
+    while link in urdf.joints:
+        link = urdf.joints[link].parent
+        path.append(link)
+    return path
 
 
 def _below(urdf: Urdf, base: str) -> list[str]:

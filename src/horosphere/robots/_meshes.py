@@ -21,7 +21,10 @@ def read_triangles(filename: str, scale: tuple[float, ...], urdf: Path) -> Float
     """
     path = resolve(filename, urdf)
     if path is None:
-        raise InputError(f"mesh {filename} not found", remedy="set ROS_PACKAGE_PATH, or put it beside the URDF")
+        raise InputError(
+            f"mesh {filename} not found (set ROS_PACKAGE_PATH, or put it beside the URDF)",
+            remedy="set ROS_PACKAGE_PATH, or put it beside the URDF",
+        )
     import trimesh
 
     try:
@@ -32,8 +35,11 @@ def read_triangles(filename: str, scale: tuple[float, ...], urdf: Path) -> Float
             error = type(error)(f"{error}; COLLADA files need the package pycollada")
         why = f"{type(error).__name__}: {error}" if path.suffix.lower() in FORMATS else f"no mesh format: {path.suffix}"
         raise InputError(f"mesh {filename} cannot be read ({why})", choices=FORMATS) from None
-    if not len(triangles) or not np.isfinite(triangles).all():
-        raise InputError(f"mesh {filename} is empty or not finite")
+    if not len(triangles):
+        raise InputError(f"mesh {filename} holds no triangles")
+    if not np.isfinite(triangles).all():
+        bad = int(np.argwhere(~np.isfinite(triangles))[0, 0])
+        raise InputError(f"mesh {filename}: triangle {bad} has a corner that is not finite")
     return triangles * np.array(scale) * _unit(path)
 
 

@@ -150,7 +150,7 @@ def _by_geometry(first: str, second: str, share: float, gap: float, shown: bool)
     why = f"their bodies {_seen(share)}, their geometry keeps {1e3 * gap:.1f} mm apart in "
     if shown:
         return LinkPair(first, second, False, f"never touching: {why}every posture", share), ""
-    why += "100 random ones"
+    why += "60 random ones"
     return LinkPair(first, second, False, f"not seen touching: {why}", share), (
         f"{first} / {second} NOT checked against each other: {why}; that was seen, not proven (an SRDF decides)"
     )

@@ -168,7 +168,9 @@ def parse_xml(path: Path, what: str = "a URDF") -> Any:
     except etree.XMLSyntaxError as error:
         line, column = error.position
         raise InputError(
-            f"not well-formed XML: {error.msg}", place=f"{path}:{line}:{column}", remedy=REMEDY_XML
+            f"not well-formed XML: {str(error.msg).split(', line')[0]}",
+            place=f"{path}:{line}:{column}",
+            remedy=REMEDY_XML,
         ) from None
     except OSError as error:
         raise InputError(f"cannot be read: {error}", place=str(path)) from None

@@ -120,4 +120,9 @@ def _limited(robot: Any, section: s.Arm, reader: Reader, loc: Loc) -> Any:
             changes[name] = array
     if not changes:
         return robot
+    low, high = (np.asarray(changes.get(key, getattr(robot.limits, key))) for key in ("lower", "upper"))
+    for j in np.flatnonzero(low > high):
+        reader.fail(loc, f"joint {robot.joint_names[j]!r} is left no position: lower {low[j]:g} > upper {high[j]:g}")
+    if (low > high).any():
+        return None
     return dataclasses.replace(robot, limits=dataclasses.replace(robot.limits, **changes))

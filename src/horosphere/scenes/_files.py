@@ -52,12 +52,16 @@ def read_mesh(path: Path) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
 
     _suffix(path, MESHES, "mesh")
     try:
-        mesh = trimesh.load(path, force="mesh", process=True)
+        mesh = trimesh.load(path, force="mesh", process=False)  # processing drops what is not finite
         vertices, faces = np.asarray(mesh.vertices, np.float64), np.asarray(mesh.faces, np.int64)  # type: ignore[union-attr]
     except Exception as error:
         raise InputError(f"{path.name!r} cannot be read as a mesh: {error}") from None
     if not len(faces):
-        raise InputError(f"{path.name!r} holds no triangles")
+        raise InputError(f"{path.name!r} holds no triangles", remedy="expected an STL, OBJ or PLY file with faces")
+    if not np.isfinite(vertices).all():
+        raise InputError(
+            f"{path.name!r}: vertex {int(np.argwhere(~np.isfinite(vertices))[0, 0])} is not finite", remedy="repair it"
+        )
     return vertices, faces
 
 
@@ -79,6 +83,8 @@ def read_cloud(path: Path) -> NDArray[np.float64]:
         points = np.asarray(points, dtype=np.float64)
     except Exception as error:
         raise InputError(f"{path.name!r} cannot be read as a point cloud: {error}") from None
+    if not points.size:
+        raise InputError(f"{path.name!r} holds no points", remedy="leave an empty cloud out")
     if points.ndim != 2 or points.shape[1] < 3 or not len(points):
         raise InputError(f"{path.name!r}: expected points (m, 3), got shape {points.shape}")
     if not np.isfinite(points[:, :3]).all():

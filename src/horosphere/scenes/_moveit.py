@@ -110,7 +110,9 @@ def read_moveit_set(path: str | Path) -> Iterator[tuple[str, MoveItProblem]]:
             texts = {name: archive.extractfile(m).read() for name, m in members.items()}  # type: ignore[union-attr]
     except (tarfile.TarError, EOFError, OSError) as error:
         raise InputError(
-            f"not a readable archive: {error}", place=str(path), choices=(".tar", ".tar.gz", ".tar.bz2", ".tar.xz")
+            f"not a readable archive: {str(error).splitlines()[0]}",
+            place=str(path),
+            choices=(".tar", ".tar.gz", ".tar.bz2", ".tar.xz"),
         ) from None
     yield from _pairs(str(place), texts, lambda raw: raw.decode("utf-8"))
 

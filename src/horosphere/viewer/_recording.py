@@ -208,8 +208,9 @@ def _obstacle(api: Any, name: str, obstacle: Any, solid: Any, extent: float, sha
         faces.astype(np.uint32),
         color=GROUND if kind == "HalfSpace" else OBSTACLE,
         flat_shading=not shadow or kind in ("HalfSpace", "Box"),
-        side="double",
-        cast_shadow=shadow,
+        # the front alone: a solid drawn from both sides lies in its own shadow
+        side="double" if kind in ("Mesh", "HalfSpace") or not shadow else "front",
+        cast_shadow=shadow and kind != "HalfSpace",
         receive_shadow=shadow,
     )
 
