@@ -18,7 +18,8 @@ class Trajectory:
     """Waypoints of a motion; between two of them every joint moves linearly unless velocities say otherwise.
 
     Attributes: `time` (k,) s, strictly increasing; `positions` (k, n) rad or m; `velocities`, `accelerations` (k, n) or None;
-    `names` (n,) joint names, possibly empty; `is_timed` False: nobody stated times, these stand for waypoint numbers. Raises InputError on shapes that do not agree, NaN, or time that does not increase.
+    `names` (n,) joint names, possibly empty; `is_timed` False: nobody stated times, these stand for waypoint numbers.
+    Raises InputError on shapes that do not agree, NaN, or time that does not increase.
     """
 
     time: Floats
