@@ -17,6 +17,8 @@ from ..shapes import Packed
 
 Floats = NDArray[np.float64]
 RESOLUTION = 1e-9
+ITERATED = 1e-9
+CYLINDER, ELLIPSOID = 2.0, 4.0  # first column of a packed solid, see shapes.pack
 MAX_GAPS = 256
 
 
@@ -152,11 +154,12 @@ def clearance_bound(
 
 
 def rounding_slack(constants: Floats, capsules: Floats, solids: Packed, waypoints: Floats) -> float:
-    """What float64 can lose in a distance: 1e-14 for each joint of the largest coordinates (m) and joint values in play.
+    """What float64 can lose in a bound (m): 108 units of rounding for each frame of the coordinates and joint values in play.
 
-    A frame is a chain of products of rotations, each good to a few units of 1.1e-16 of the reach; 1e-14 is about 50 of them.
+    Derived in docs/certificate.md. Distances to cylinders and ellipsoids are the result of an iteration, which gets 1e-9 m.
     """
     reach = float(np.linalg.norm(constants[:, 9:12], axis=1).sum() + np.abs(capsules).max(initial=0.0))
     finite = solids.rows[:, 1:5][np.isfinite(solids.rows[:, 1:5])]
     scale = reach + float(np.abs(finite).max(initial=0.0)) + float(np.abs(waypoints).max(initial=0.0)) * max(reach, 1.0)
-    return 1e-14 * len(constants) * (1.0 + scale)
+    iterated = ITERATED if np.isin(solids.rows[:, 0], (CYLINDER, ELLIPSOID)).any() else 0.0
+    return 108.0 * 2.0**-53 * len(constants) * (1.0 + scale) + iterated

@@ -68,7 +68,7 @@ def come_near(c, x, y, z, r, packet):
     return count
 
 
-@inner
+@inner(forceinline=True)
 def ball_unclear(count, x, y, z, r, r0, packet):
     """Lanes (bits) where a ball of radius r meets one of the `count` solids in `near`; -1 if one of radius r0 does."""
     model, world, scratch = opened(packet)
@@ -86,7 +86,7 @@ def ball_unclear(count, x, y, z, r, r0, packet):
     return unclear
 
 
-@inner
+@inner(forceinline=True)
 def body_clear(c, half, v, how, margin, packet):
     """As `block_clear`, of one body against the solids; the frames are placed already."""
     model, world, scratch = opened(packet)
@@ -127,7 +127,7 @@ def body_clear(c, half, v, how, margin, packet):
     return unclear
 
 
-@inner
+@inner(forceinline=True)
 def pair_clear(p, half, v, how, margin, packet):
     """As `block_clear`, of two bodies against each other; the centres of the bodies are placed already."""
     model, world, scratch = opened(packet)
