@@ -59,7 +59,9 @@ def test_meshes_that_cannot_be_used_are_named(tmp_path):
     solid = trimesh.creation.box((1, 1, 1))
     solid.update_faces(np.arange(11))
     solid.export(tmp_path / "open.stl")
-    result = plan(scene(tmp_path, "  - {type: mesh, file: open.stl, name: shell}"))
+    with pytest.raises(InputError, match="not watertight: 3 of its edges"):
+        scene(tmp_path, "  - {type: mesh, file: open.stl, name: shell}")
+    result = plan(scene(tmp_path, "  - {type: mesh, file: open.stl, name: shell, fill: surface}"))
     assert not result.solved and "shell" in result.reason and "watertight" in result.reason
     (tmp_path / "empty.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\n")
     with pytest.raises(InputError, match=r"empty\.obj"):
