@@ -1,13 +1,14 @@
 """MoveIt planning scenes and requests: what they mean, sets of them in folders and archives, and what is wrong with bad ones."""
 
 import io
+import re
 import tarfile
 
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from horosphere import robots
+from horosphere import kinematics, robots
 from horosphere.errors import InputError
 from horosphere.scenes import JointTarget, PoseTarget
 from horosphere.scenes._moveit import read_moveit, read_moveit_set
@@ -168,20 +169,126 @@ def test_other_trouble(folder, tmp_path):
         list(read_moveit_set(tmp_path / "nowhere"))
     with pytest.raises(InputError, match=r"no value for .* of robot 'ur5'"):
         read_moveit(folder / "scene0001.yaml").start_of(robots.load("ur5"))
-    held = folder / "scene0004.yaml"
-    held.write_text(
-        SCENE.replace("BASE", "0").replace(
-            "robot_state:\n", "robot_state:\n  attached_collision_objects: [{id: cup}]\n"
-        )
-    )
-    with pytest.raises(InputError, match="attached"):
-        read_moveit(held)
 
 
 def test_as_a_scene(folder):
     robot = robots.load("panda")
     scene = read_moveit(folder / "scene0001.yaml").scene(robot)
     assert scene.robot is robot and len(scene.obstacles) == 6 and scene.name == "scene0001"
+
+
+HELD = """
+  attached_collision_objects:
+    - link_name: panda_hand
+      object: {header: {frame_id: FRAME}, id: cup, pose: {position: POSITION, orientation: [0, 0, 0, 1]},
+               primitives: [{type: cylinder, dimensions: [0.1, 0.02]}], primitive_poses: [{position: [0, 0, 0.01]}]}
+      touch_links: [panda_link7, no_such_link]
+"""
+MATRIX = """
+allowed_collision_matrix:
+  entry_names: [panda_link2, panda_link5, cup, tins, ghost]
+  entry_values:
+    - {enabled: [false, true, false, false, false]}
+    - [true, false, false, false, false]
+    - [false, false, false, true, false]
+    - [false, false, true, false, false]
+    - [false, false, false, false, false]
+  default_entry_names: [board]
+  default_entry_values: [true]
+"""
+
+
+def write_held(folder, frame="panda_hand", position="[0, 0, 0.1]", matrix=MATRIX, base="0"):
+    path = folder / "scene0004.yaml"
+    held = HELD.replace("FRAME", frame).replace("POSITION", position)
+    text = SCENE.replace("robot_state:", "robot_state:" + held.rstrip()).replace("BASE", base)
+    path.write_text(text + matrix)
+    (folder / "request0004.yaml").write_text(REQUEST)
+    return path
+
+
+def bodies_of(robot, q, name):
+    """Ends of a link's capsules in the base frame."""
+    from horosphere.robots._placement import link_frames, move_points
+
+    own = robot.capsules.link == robot.link_names.index(name)
+    frame = link_frames(robot.links, q)[robot.link_names.index(name)]
+    return np.stack([move_points(frame, robot.capsules.a[own]), move_points(frame, robot.capsules.b[own])])
+
+
+def test_attached_objects_and_the_allowed_collision_matrix(folder):
+    bare = robots.load("panda")
+    problem = read_moveit(write_held(folder))
+    robot = problem.scene(bare).robot
+    q = problem.start_of(robot)
+    assert set(robot.link_names) - set(bare.link_names) == {"cup"}
+    # a cylinder of 0.1 m about (0, 0, 0.11) of the hand
+    hand = kinematics.frames(bare, q).as_matrix()[bare.link_names.index("panda_hand")]
+    middle = bodies_of(robot, q, "cup").mean(axis=(0, 1))
+    np.testing.assert_allclose(middle, hand[:3, :3] @ [0, 0, 0.11] + hand[:3, 3], atol=1e-9)
+    checked = {frozenset((robot.link_names[i], robot.link_names[j])) for i, j in robot.self_pairs}
+    assert frozenset(("panda_link7", "cup")) not in checked and frozenset(("panda_link4", "cup")) in checked
+    before = {frozenset((bare.link_names[i], bare.link_names[j])) for i, j in bare.self_pairs}
+    pair = frozenset(("panda_link2", "panda_link5"))
+    assert pair in before and pair not in checked
+    allowed = set(robot.allowed_obstacles)
+    assert {("cup", "tins/0"), ("cup", "tins/1"), ("cup", "tins/2")} <= allowed
+    assert ("panda_hand", "tins/0") not in allowed and ("panda_link3", "floor") not in allowed
+    assert {("panda_hand", "board"), ("cup", "board")} <= allowed  # the default of a name holds for all
+    assert any("no link of 'panda': no_such_link" in note for note in robot.notes)
+    assert any("neither links of 'panda' nor objects: ghost" in note for note in robot.notes)
+
+
+@pytest.mark.parametrize("base", ["0", "0.25"])
+def test_an_attached_object_stated_elsewhere_hangs_where_it_is(folder, base):
+    robot = robots.load("panda")
+    problem = read_moveit(write_held(folder, "world", "[0.4, 0.1, 0.9]", base=base))
+    q = problem.start_of(robot)
+    middle = bodies_of(problem.robot_of(robot), q, "cup").mean(axis=(0, 1))
+    np.testing.assert_allclose(middle, [0.4, 0.1, 0.91 - float(base)], atol=1e-9)
+    # without shapes the object of that name is picked up from the world
+    path = write_held(folder)
+    path.write_text(re.sub(r"object: \{header.*?\n.*?\n", "object: {id: tins}\n", path.read_text()))
+    problem = read_moveit(path)
+    picked = problem.scene(robot)
+    assert len(picked.obstacles) == 3 and not any(o.name.startswith("tins") for o in picked.obstacles)
+    far = np.linalg.norm(bodies_of(picked.robot, q, "tins").reshape(-1, 3) - [0.4, 0.0, 0.5], axis=1)
+    assert far.min() < 1e-9  # its ball
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "place", "message"),
+    [
+        ("link_name: panda_hand", "link_name: hand", "yaml:7:", "unknown link 'hand'.*did you mean"),
+        ("frame_id: panda_hand", "frame_id: camera", "yaml:7:", "unknown frame 'camera'"),
+        (
+            "primitives: [{type: cylinder, dimensions: [0.1, 0.02]}], primitive_poses: [{position: [0, 0, 0.01]}]",
+            "weight: 1",
+            "yaml:7:",
+            "'cup' has no shape",
+        ),
+        ("entry_names: [panda_link2,", "entry_names: [", "yaml:", "4 entry_names, but entry_values has 5 rows"),
+        ("entry_names: [panda_link2,", "entry_names: [cup,", "yaml:", "'cup' stands in it twice"),
+        ("[true, false, false, false, false]", "[true, 2, false, false, false]", "yaml:", "true and false"),
+        ("[true, false, false, false, false]", "[true, false, true, false, false]", "yaml:", "contradict each other"),
+        ("default_entry_values: [true]", "default_entry_values: []", "yaml:", "1 default_entry_names, but 0"),
+    ],
+)
+def test_mistakes_about_contacts_are_named_with_their_place(folder, old, new, place, message):
+    path = write_held(folder)
+    assert old in path.read_text()
+    path.write_text(path.read_text().replace(old, new, 1))
+    with pytest.raises(InputError, match=message) as caught:
+        read_moveit(path).robot_of(robots.load("panda"))
+    assert place in caught.value.place
+
+
+def test_the_request_has_the_last_word_on_what_is_held(folder):
+    write_held(folder)
+    gone = "start_state: {attached_collision_objects: [{link_name: panda_hand, object: {id: cup, operation: 1}}], "
+    (folder / "request0004.yaml").write_text(REQUEST.replace("start_state: {", gone))
+    problem = read_moveit(folder / "scene0004.yaml")
+    assert not problem.held and "cup" not in problem.robot_of(robots.load("panda")).link_names
 
 
 def test_the_public_set(shared_data):
@@ -191,4 +298,5 @@ def test_the_public_set(shared_data):
     found = list(read_moveit_set(archive))
     sets = {name: sum(s == name for s, _ in found) for name, _ in found}
     assert len(sets) == 7 and set(sets.values()) == {100}
-    assert all(len(p.goals) == 1 and p.obstacles and not p.notes for _, p in found)
+    assert all(len(p.goals) == 1 and p.obstacles and not p.notes and not p.held for _, p in found)
+    assert all(p.contacts.allowed("panda_hand", "panda_leftfinger") for _, p in found)

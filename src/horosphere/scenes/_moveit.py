@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import tarfile
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,8 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputError
-from ._targets import JointTarget, PoseTarget, Target, matrix_quaternion, quaternion_matrix
-from ._yaml import Document, Loc, parse_yaml
+from ._moveit_contacts import Contacts, HeldObject, allow, hold, read_contacts, read_held
+from ._moveit_node import Node, inverse, pose_of
+from ._moveit_objects import objects_of
+from ._targets import JointTarget, PoseTarget, Target, matrix_quaternion
+from ._yaml import parse_yaml
 
 if TYPE_CHECKING:
     from ..robots import Robot
@@ -22,8 +25,6 @@ if TYPE_CHECKING:
     from ._scene import Scene
 
 Floats = NDArray[np.float64]
-PRIMITIVES = {"box": 3, "sphere": 1, "cylinder": 2, "cone": 2}
-_TYPES = {1: "box", 2: "sphere", 3: "cylinder", 4: "cone"}  # shape_msgs/SolidPrimitive
 _FILE = re.compile(r"scene(.*)\.ya?ml\Z")
 
 
@@ -32,7 +33,8 @@ class MoveItProblem:
     """Obstacles in the robot's base frame, a start, and goals any of which will do.
 
     `start`: joint values by name; each of `goals` likewise, or a pose of the link `goal_links[k]`. `notes`: what was enclosed
-    or left out.
+    or left out. `object_ids`: which collision object each obstacle is of. `held`: objects attached to links; `contacts`: the
+    allowed collision matrix; `robot_of` gives a robot both. `base` (4, 4): the robot's base in the world.
     """
 
     name: str
@@ -44,6 +46,10 @@ class MoveItProblem:
     group: str = ""
     source: str = ""
     notes: tuple[str, ...] = field(default=())
+    object_ids: tuple[str, ...] = ()
+    held: tuple[HeldObject, ...] = ()
+    contacts: Contacts = field(default_factory=Contacts)
+    base: Floats = field(default_factory=lambda: np.eye(4))
 
     def start_of(self, robot: Robot) -> Floats:
         """The start (n,) of this robot's joints. Raises InputError if one is missing."""
@@ -63,7 +69,29 @@ class MoveItProblem:
         from ._scene import Scene
 
         fields = {"name": self.name, "source": self.source, **fields}
-        return Scene(robot, JointTarget(self.start_of(robot)), self.goal_of(robot), self.obstacles, **fields)
+        start = JointTarget(self.start_of(robot))
+        return Scene(self.robot_of(robot), start, self.goal_of(robot), self.world, **fields)
+
+    @property
+    def world(self) -> tuple[Shape, ...]:
+        """The obstacles without those that the robot holds."""
+        taken = {one.name for one in self.held}
+        return tuple(shape for shape, name in zip(self.obstacles, self.object_ids) if name not in taken)
+
+    def robot_of(self, robot: Robot) -> Robot:
+        """The robot with the attached objects of the scene and the contacts that its allowed collision matrix permits.
+
+        Its notes say which names are not known. An own entry of a pair counts before defaults, as in MoveIt 2. Raises
+        InputError at the place of an object that hangs on no link of this robot.
+        """
+        objects: dict[str, list[Shape]] = {}
+        for shape, name in zip(self.obstacles, self.object_ids):
+            objects.setdefault(name, []).append(shape)
+        notes: list[str] = []
+        if self.held:
+            robot, notes = hold(robot, self.held, self.start_of(robot), self.base, objects)
+        free, more = allow(robot, self.contacts, {k: v for k, v in objects.items() if k not in robot.link_names})
+        return replace(free, notes=(*free.notes, *notes, *more)) if notes or more else free
 
     def _joints(self, values: dict[str, float], robot: Robot, what: str) -> Floats:
         missing = [name for name in robot.joint_names if name not in values]
@@ -139,8 +167,8 @@ def _text(path: Path) -> str:
 
 
 def _problem(name: str, scene_place: str, scene: str, request_place: str | None, request: str | None) -> MoveItProblem:
-    document = _Node.root(parse_yaml(scene, scene_place))
-    wanted = None if request is None else _Node.root(parse_yaml(request, request_place or ""))
+    document = Node.root(parse_yaml(scene, scene_place))
+    wanted = None if request is None else Node.root(parse_yaml(request, request_place or ""))
     notes: list[str] = []
     start = _joint_state(document.get("robot_state"))
     base = _base_pose(document.get("robot_state"))
@@ -154,19 +182,17 @@ def _problem(name: str, scene_place: str, scene: str, request_place: str | None,
             goal, link = _goal(constraints, base)
             goals.append(goal)
             links.append(link)
-    for holder in (document.get("robot_state"), wanted.get("start_state") if wanted else None):
-        attached = None if holder is None else holder.get("attached_collision_objects")
-        if attached is not None and attached.value:
-            raise attached.error(
-                "objects attached to the robot are not read", "add their bodies to the robot's collision model"
-            )
+    states = [document.get("robot_state"), None if wanted is None else wanted.get("start_state")]
+    held, contacts = read_held(states, notes), read_contacts(document.get("allowed_collision_matrix"))
     world = document.get("world")
     octomap = None if world is None else world.get("octomap")
     if octomap is not None and octomap.get("octomap") is not None and octomap.get("octomap").items("data"):
         raise octomap.error("octomaps are not read", "give the occupied cells as a point cloud or boxes")
-    obstacles = []
+    obstacles: list[Shape] = []
+    ids: list[str] = []
     for item in world.items("collision_objects") if world is not None else ():
-        obstacles += _object(item, _inverse(base), notes)
+        obstacles += objects_of(item, inverse(base), notes)
+        ids += [str(item.plain("id") or "")] * (len(obstacles) - len(ids))
     return MoveItProblem(
         name,
         tuple(obstacles),
@@ -177,99 +203,14 @@ def _problem(name: str, scene_place: str, scene: str, request_place: str | None,
         str(wanted.plain("group_name") or "") if wanted is not None else "",
         scene_place,
         tuple(notes),
+        tuple(ids),
+        held,
+        contacts,
+        base,
     )
 
 
-class _Node:
-    """A value of a YAML document that knows its place."""
-
-    def __init__(self, document: Document, loc: Loc, value: Any) -> None:
-        self.document, self.loc, self.value = document, loc, value
-
-    @staticmethod
-    def root(document: Document) -> _Node:
-        for problem in document.problems:
-            raise InputError(problem.message, place=document.place(problem.loc), remedy=problem.remedy)
-        node = _Node(document, (), document.data)
-        if not isinstance(document.data, dict):
-            raise node.error("expected the fields of a MoveIt message", "planning scene or motion-plan request as YAML")
-        return node
-
-    def error(self, message: str, remedy: str | None = None, choices: Any = None) -> InputError:
-        return InputError(message, place=self.document.place(self.loc), remedy=remedy, choices=choices)
-
-    def get(self, name: str) -> Any:
-        if not isinstance(self.value, dict):
-            raise self.error(f"expected fields, {name!r} among them, got {type(self.value).__name__}")
-        value = self.value.get(name)
-        return None if value is None else _Node(self.document, (*self.loc, name), value)
-
-    def need(self, name: str) -> _Node:
-        node = self.get(name)
-        if node is None:
-            raise self.error(f"missing field {name!r}")
-        return node
-
-    def plain(self, name: str) -> Any:
-        node = self.get(name)
-        return None if node is None else node.value
-
-    def items(self, name: str) -> list[_Node]:
-        node = self.get(name)
-        if node is None:
-            return []
-        if not isinstance(node.value, list):
-            raise node.error(f"expected a list, got {type(node.value).__name__}")
-        return [_Node(self.document, (*node.loc, k), value) for k, value in enumerate(node.value)]
-
-    def numbers(self, count: int | None = None, keys: tuple[str, ...] = ()) -> Floats:
-        """A list of finite numbers, or fields x, y, z ..."""
-        value = self.value
-        if isinstance(value, dict) and keys and set(value) >= set(keys):
-            value = [value[key] for key in keys]
-        good = isinstance(value, list) and all(isinstance(x, (int, float)) and not isinstance(x, bool) for x in value)
-        array = np.array(value if good else [np.nan], np.float64)
-        if (count is not None and len(array) != count) or not np.isfinite(array).all():
-            raise self.error(
-                f"expected {count if count is not None else ''} finite numbers, got {value!r}".replace("  ", " ")
-            )
-        return array
-
-
-def _pose(node: _Node | None) -> Floats:
-    """4x4 from position and orientation (x, y, z, w), or Euler angles about the fixed axes x, y, z in that order."""
-    pose = np.eye(4)
-    if node is None:
-        return pose
-    position = node.get("position") or node.get("translation")
-    if position is not None:
-        pose[:3, 3] = position.numbers(3, ("x", "y", "z"))
-    turn = node.get("orientation") or node.get("rotation")
-    if turn is not None:
-        x, y, z, w = turn.numbers(4, ("x", "y", "z", "w"))
-        length = float(np.sqrt(x * x + y * y + z * z + w * w))
-        if abs(length - 1.0) > 1e-3:
-            raise turn.error(f"expected a unit quaternion (x, y, z, w), its length is {length:.4g}")
-        pose[:3, :3] = quaternion_matrix(np.array([w, x, y, z]) / length)
-    euler = node.get("orientation_euler_xyz")
-    if euler is not None:
-        a, b, c = euler.numbers(3)
-        (ca, cb, cc), (sa, sb, sc) = np.cos([a, b, c]), np.sin([a, b, c])
-        x_turn = np.array([[1, 0, 0], [0, ca, -sa], [0, sa, ca]])
-        y_turn = np.array([[cb, 0, sb], [0, 1, 0], [-sb, 0, cb]])
-        z_turn = np.array([[cc, -sc, 0], [sc, cc, 0], [0, 0, 1]])
-        pose[:3, :3] = z_turn @ y_turn @ x_turn
-    return pose
-
-
-def _inverse(pose: Floats) -> Floats:
-    inverse = np.eye(4)
-    inverse[:3, :3] = pose[:3, :3].T
-    inverse[:3, 3] = -pose[:3, :3].T @ pose[:3, 3]
-    return inverse
-
-
-def _joint_state(state: _Node | None) -> dict[str, float]:
+def _joint_state(state: Node | None) -> dict[str, float]:
     joints = None if state is None else state.get("joint_state")
     if joints is None or joints.get("name") is None:
         return {}
@@ -279,14 +220,14 @@ def _joint_state(state: _Node | None) -> dict[str, float]:
     return {str(name): float(x) for name, x in zip(names.value, positions)}
 
 
-def _base_pose(state: _Node | None) -> Floats:
+def _base_pose(state: Node | None) -> Floats:
     """Where the robot stands in the world: the first transform of its virtual joint."""
     joints = None if state is None else state.get("multi_dof_joint_state")
     transforms = [] if joints is None else joints.items("transforms")
-    return _pose(transforms[0]) if transforms else np.eye(4)
+    return pose_of(transforms[0]) if transforms else np.eye(4)
 
 
-def _goal(constraints: _Node, base: Floats) -> tuple[dict[str, float] | PoseTarget, str]:
+def _goal(constraints: Node, base: Floats) -> tuple[dict[str, float] | PoseTarget, str]:
     joints = {
         str(item.need("joint_name").value): float(item.need("position").value)
         for item in constraints.items("joint_constraints")
@@ -302,64 +243,10 @@ def _goal(constraints: _Node, base: Floats) -> tuple[dict[str, float] | PoseTarg
     regions = positions[0].need("constraint_region").items("primitive_poses")
     if len(regions) != 1:
         raise positions[0].error(f"expected one primitive pose, got {len(regions)}")
-    pose = _pose(regions[0])
-    pose[:3, :3] = _pose(turns[0])[:3, :3]
+    pose = pose_of(regions[0])
+    pose[:3, :3] = pose_of(turns[0])[:3, :3]
     if positions[0].plain("target_point_offset") is not None:
         offset = positions[0].need("target_point_offset").numbers(3, ("x", "y", "z"))
         pose[:3, 3] -= pose[:3, :3] @ offset
-    pose = _inverse(base) @ pose
+    pose = inverse(base) @ pose
     return PoseTarget(pose[:3, 3], matrix_quaternion(pose[:3, :3])), str(positions[0].plain("link_name") or "")
-
-
-def _object(item: _Node, to_base: Floats, notes: list[str]) -> list[Any]:
-    if item.plain("operation") in (1, "REMOVE"):
-        return []
-    name = str(item.plain("id") or "")
-    place = to_base @ _pose(item.get("pose"))
-    shapes: list[Any] = []
-    solids, poses = item.items("primitives"), item.items("primitive_poses")
-    if len(solids) != len(poses) and not (item.get("pose") is not None and not poses):
-        raise item.error(f"{len(solids)} primitives but {len(poses)} primitive_poses")
-    for k, solid in enumerate(solids):
-        own = name if len(solids) == 1 else f"{name}/{k}"
-        shapes.append(_primitive(solid, place @ (_pose(poses[k]) if poses else np.eye(4)), own, notes))
-    meshes, mesh_poses = item.items("meshes"), item.items("mesh_poses")
-    for k, mesh in enumerate(meshes):
-        from ..shapes import Mesh
-
-        pose = place @ (_pose(mesh_poses[k]) if mesh_poses else np.eye(4))
-        vertices = np.array([v.numbers(3, ("x", "y", "z")) for v in mesh.items("vertices")]).reshape(-1, 3)
-        faces = [t.need("vertex_indices") if isinstance(t.value, dict) else t for t in mesh.items("triangles")]
-        indices = np.array([t.numbers(3) for t in faces], np.int64).reshape(-1, 3)
-        shapes.append(Mesh(vertices @ pose[:3, :3].T + pose[:3, 3], indices, name=name))
-    for k, plane in enumerate(item.items("planes")):
-        from ..shapes import HalfSpace
-
-        # shape_msgs/Plane: a x + b y + c z + d = 0; the solid lies where that is not positive
-        plane_poses = item.items("plane_poses")
-        pose = place @ (_pose(plane_poses[k]) if plane_poses else np.eye(4))
-        coefficients = plane.need("coef").numbers(4)
-        normal = pose[:3, :3] @ coefficients[:3]
-        shapes.append(HalfSpace(normal, float(normal @ pose[:3, 3] - coefficients[3]), name=name))
-    return shapes
-
-
-def _primitive(solid: _Node, pose: Floats, name: str, notes: list[str]) -> Any:
-    from ..shapes import Ball, Box, Cylinder
-
-    kind = solid.need("type").value
-    kind = _TYPES.get(kind, kind)
-    if kind not in PRIMITIVES:
-        raise solid.need("type").error(f"unknown primitive {kind!r}", choices=sorted(PRIMITIVES))
-    sizes = solid.need("dimensions").numbers(PRIMITIVES[kind])
-    if (sizes <= 0).any():
-        raise solid.need("dimensions").error(f"expected sizes > 0, got {sizes.tolist()}")
-    centre = pose[:3, 3]
-    if kind == "box":
-        return Box(centre, 0.5 * sizes, pose[:3, :3], name=name)
-    if kind == "sphere":
-        return Ball(centre, float(sizes[0]), name=name)
-    if kind == "cone":
-        notes.append(f"{name}: the cone is enclosed in its cylinder")
-    half = 0.5 * sizes[0] * pose[:3, 2]
-    return Cylinder(centre - half, centre + half, float(sizes[1]), name=name)
