@@ -19,7 +19,7 @@ def test_a_set_is_run_and_tabled(shared_data, capsys, tmp_path):
             "1",
             "--states-per-rad",
             "0",
-            "--out-file",
+            "--out",
             str(rows),
             "--json",
         ]
@@ -45,5 +45,5 @@ def test_random_prints_a_table(capsys, tmp_path):
 
 
 def test_where_nothing_can_be_written_is_said_first(capsys, tmp_path):
-    assert main(["bench", "random", "--out-file", str(tmp_path / "no" / "rows.csv")]) == 2
+    assert main(["bench", "random", "--out", str(tmp_path / "no" / "rows.csv")]) == 2
     assert "rows.csv" in capsys.readouterr().err

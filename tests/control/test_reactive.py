@@ -9,7 +9,7 @@ from moving_balls import simulate, sphere_centres
 
 from horosphere import InputError, Motor, Point, distance, kinematics, robots
 from horosphere.control import Reactive
-from horosphere.shapes import Ball, Box, Capsule, Cylinder, HalfSpace
+from horosphere.shapes import Ball, Box, Capsule, Cylinder, HalfSpace, Mesh, PointCloud, box_cover
 
 HOME = np.array([0.0, -0.6, 0.0, -2.2, 0.0, 1.8, 0.7])
 
@@ -254,6 +254,33 @@ def test_random_moving_balls(spheres):
 def test_an_hour_of_random_moving_balls(spheres):
     """HOROSPHERE_SOAK: other than 3600 seconds of simulated time."""
     check_soak(spheres, float(os.environ.get("HOROSPHERE_SOAK", "3600")), range(12), speed=0.25, period=0.004)
+
+
+def test_meshes_and_clouds(panda):
+    """Round a torus that stands in the way, and a scan: the exact distances to the triangles and the balls are the witness."""
+    trimesh = pytest.importorskip("trimesh")
+    ring = trimesh.creation.torus(0.2, 0.04, major_sections=24, minor_sections=12)
+    rng = np.random.default_rng(3)
+    for turn in range(2):
+        ring.apply_transform(trimesh.transformations.rotation_matrix(0.9 * turn, [1, 0, 0]))
+        mesh = Mesh(ring.vertices + [0.55, 0.25, 0.45], ring.faces, name="ring")
+        scan = PointCloud(
+            np.column_stack([rng.uniform(-0.5, 0.5, (300, 2)) + [0.6, 0], np.full(300, 0.02)]), 0.005, "scan"
+        )
+        loop = Reactive(panda, [mesh, scan], goal=HOME + [1.6, 0.4, 0, 0, 0, 0, 0])
+        assert loop.slack == box_cover(mesh).slack > 0.0
+        assert (
+            loop.notes[-1] == f"ring: {len(box_cover(mesh).boxes)} boxes for the mesh, slack at most {loop.slack:.4f} m"
+        )
+        _, log = run(loop, HOME, 2000)
+        path = np.stack([q for q, _ in log])
+        far = distance.signed(panda, path, [mesh, scan], static=False)
+        said = np.array([step.clearance for _, step in log])
+        assert far.min() >= 0.01 - 1e-9 and min(far) < 0.01 + 2.0 * loop.slack  # it kept clear, and it was in the way
+        assert (said <= far + 1e-9).all() and (far - said <= loop.slack + 1e-9).all()
+        assert {step.other for _, step in log} <= {"ring", "scan"}
+    loop.set_obstacles([])
+    assert loop.slack == 0.0 and not any("ring" in note for note in loop.notes)
 
 
 def test_the_chain_of_proofs(panda):

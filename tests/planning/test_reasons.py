@@ -1,5 +1,6 @@
 """A refusal says of which postures it speaks, and its figure is that of the best of them."""
 
+import dataclasses
 import re
 
 import numpy as np
@@ -59,3 +60,47 @@ def test_out_of_reach_by_the_least_over_the_free_joint():
     assert f"the nearest of {FREE_SAMPLES} values of the free angle" in reason and not each.valid.any()
     texts = [float(m[1]) for m in (re.search(r"out of reach by ([\d.]+) m", str(r)) for r in each.reason) if m]
     assert said == min(texts)
+
+
+def said_nearest(reason):
+    """Tip and distance of the nearest pose that a reason names."""
+    m = re.search(r"the nearest found inside the limits has the tip at \((.+?)\), ([\d.e-]+) m away", reason)
+    assert m is not None, reason
+    return np.array(m[1].split(", "), float), float(m[2])
+
+
+def test_a_goal_out_of_reach_names_the_nearest_pose():
+    """The witness: no posture of 20,000 random ones comes nearer to a far point than the tip that is named."""
+    ur5 = hs.robots.load("ur5")
+    start = np.array([0, -1.0, 1.4, 0.2, 0.9, -0.4])
+    far = np.array([1.3, 0.2, 0.3])
+    q = np.random.default_rng(0).uniform(ur5.limits.lower, ur5.limits.upper, (20_000, 6))
+    sampled = np.linalg.norm(hs.kinematics.forward(ur5, q).as_matrix()[:, :3, 3] - far, axis=1).min()
+    turned = hs.Motor.from_translation(far) @ hs.Rotor.from_axis_angle([1, 0, 0], np.pi)
+    for goal in (PositionTarget(far), turned):
+        result = hs.planning.plan(hs.Scene(robot=ur5, start=start, goal=goal))
+        tip, away = said_nearest(result.reason)
+        assert not result.solved and result.reason.startswith("goal: ") and "reach" in result.reason
+        assert away == pytest.approx(np.linalg.norm(tip - far), abs=2e-3)
+        if isinstance(goal, PositionTarget):
+            assert away < sampled < away + 0.2
+    assert " rad turned" in result.reason
+
+
+@pytest.mark.parametrize("name", ["ur5", "panda"])
+def test_a_goal_that_a_joint_limit_forbids_names_joint_and_nearest_pose(name):
+    """Joints 1 and 2 may turn by 0.2 rad about the start only: a goal behind the robot is in reach, but not for them."""
+    robot = hs.robots.load(name)
+    q = {"ur5": [0.3, -1.0, 1.4, 0.2, 0.9, -0.4], "panda": [0, -0.8, 0, -2.3, 0, 1.6, 0.8]}[name]
+    lower, upper = robot.limits.lower.copy(), robot.limits.upper.copy()
+    lower[0], upper[0] = q[0] - 0.2, q[0] + 0.2
+    lower[2:], upper[2:] = np.array(q[2:]) - 0.3, np.array(q[2:]) + 0.3
+    short = dataclasses.replace(robot, limits=dataclasses.replace(robot.limits, lower=lower, upper=upper))
+    behind = np.array(q)
+    behind[0] += 1.5
+    goal = hs.kinematics.forward(robot, behind)
+    result = hs.planning.plan(hs.Scene(robot=short, start=np.array(q), goal=goal))
+    tip, away = said_nearest(result.reason)
+    assert not result.solved and "limits" in result.reason
+    assert away > 0.05 and away == pytest.approx(np.linalg.norm(tip - goal.translation), abs=2e-3)
+    assert any(joint in result.reason for joint in robot.joint_names)

@@ -139,7 +139,6 @@ def test_a_ball_lives_in_any_dimension():
         (lambda: as_shapes([Ball([0, 0, 0], 1), 3]), "from int"),
         (lambda: as_shapes((np.zeros((3, 3)), [1.0, 2.0])), "3 centers but radii"),
         (lambda: pack(as_shapes(Ball([0.0, 0.0], 1.0))), "dimension 2"),
-        (lambda: pack((Mesh(CUBE, CUBE_FACES),), trees=False), "not taken here.*enclose"),
     ],
 )
 def test_bad_input_is_refused_with_the_remedy(make, says):

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from cyclopts import App
+from cyclopts import App, Parameter
 
 from . import _output as out
 
@@ -17,6 +17,7 @@ app = App(
     help="Run many problems and print how it went.\n\nExample: `horosphere bench mbm problems.tar.bz2`",
 )
 Mode = Literal["tree", "reactive", "reactive-or-tree"]
+Written = Annotated[Path | None, Parameter(name=("--out", "--out-file"))]
 
 
 @app.command
@@ -30,7 +31,7 @@ def mbm(
     clearance: float = 0.0,
     repeats: int = 3,
     states_per_rad: float = 300.0,
-    out_file: Path | None = None,
+    out_file: Written = None,
     json: bool = False,
 ) -> int:
     """MotionBenchMaker: `SET/sceneNNNN.yaml` and `SET/requestNNNN.yaml` in a folder or an archive; a table per set.
@@ -38,7 +39,7 @@ def mbm(
     Times are trees (or the reactive law), simplification and certificate, each problem run `repeats` times and its best taken.
     Certified: by the planner, and again by the certificate in double precision. Touching: seen by plain numpy.
 
-    Example: `horosphere bench mbm mbm_panda_problems.tar.bz2 --only cage --out-file rows.parquet`
+    Example: `horosphere bench mbm mbm_panda_problems.tar.bz2 --only cage --out rows.parquet`
 
     Parameters
     ----------
@@ -83,7 +84,7 @@ def random(
     clearance: float = 0.01,
     repeats: int = 3,
     states_per_rad: float = 300.0,
-    out_file: Path | None = None,
+    out_file: Written = None,
     json: bool = False,
 ) -> int:
     """Random problems with a known solution: for each robot `count` scenes of balls, boxes, cylinders and capsules in its way.

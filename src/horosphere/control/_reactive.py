@@ -14,7 +14,7 @@ from ..entities import Point
 from ..errors import InputError
 from ..numeric import float_array
 from ..robots import Robot
-from ..shapes import Packed
+from ..shapes import BoxCover, Mesh, Packed, Shape, as_shapes, box_cover
 from ..versors import Motor
 from ._reactive_pack import pack_arm, workspace
 
@@ -60,7 +60,8 @@ class Reactive:
     less of it, a retreat, or a stop that was proved before. Guarantee and proof: docs/live-loop.md. Our derivation; the
     projection is the control barrier of [Rn]'s sampled-data clip.
 
-    robot; obstacles: as in `shapes.as_shapes`, convex solids and point clouds. period: s. clearance, self_clearance: m.
+    robot; obstacles: as in `shapes.as_shapes`; a mesh is enclosed in boxes (`shapes.box_cover`), `slack` and `notes` say how
+    closely, and of a point cloud every ball counts (a few hundred cost little). period: s. clearance, self_clearance: m.
     goal: joints (n,), a Motor (pose of the tool frame) or a Point (of the tool's origin).
     gamma: largest share of the free distance that one period may use up (0, 1]. rate: 1/s, how fast a distance may close,
     per metre left (default: as fast as the slowest brake allows). gain: 1/s, how the error closes. speed, turn: of the tool, m/s
@@ -106,7 +107,8 @@ class Reactive:
             if not (math.isfinite(value) and value >= 0.0):
                 raise InputError(f"expected metres >= 0, got {value!r}", place=name)
         self.robot, self.period = robot, float(period)
-        self.notes: tuple[str, ...] = ()
+        self._assumed: tuple[str, ...] = ()
+        self._covers: dict[str, BoxCover] = {}
         self._n, self._arm = n, pack_arm(robot)
         limits = np.zeros((5, n))
         limits[0], limits[1] = robot.limits.lower, robot.limits.upper
@@ -151,8 +153,22 @@ class Reactive:
         missing = ~np.isfinite(stated) | (stated <= 0.0)
         if missing.any():
             what = "1 rad/s or m/s" if name == "velocity" else f"full speed in {DEFAULT_RISE_TIME:g} s"
-            self.notes += (f"no {name} limit stated for some joints: {what} used",)
+            self._assumed += (f"no {name} limit stated for some joints: {what} used",)
         return np.where(missing, default, stated)
+
+    @property
+    def slack(self) -> float:
+        """How far (m) the boxes round a mesh stand out of it at most; 0 where there is none."""
+        return max((cover.slack for cover in self._covers.values()), default=0.0)
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What was assumed of the robot, and what stands for meshes."""
+        meshes = (
+            f"{name}: {len(cover.boxes)} boxes for the mesh, slack at most {cover.slack:.4f} m"
+            for name, cover in self._covers.items()
+        )
+        return (*self._assumed, *meshes)
 
     def reset(self, dq: ArrayLike | None = None) -> None:
         """Forget the motion so far: the robot is at rest, or moves at `dq` (n,)."""
@@ -198,7 +214,13 @@ class Reactive:
             rows[:, 1:4] = rows[:, 6:9] = centers
             rows[:, 4] = rows[:, 5] = radii
         else:
-            packed = pack_obstacles(obstacles, trees=False)
+            shapes = obstacles if isinstance(obstacles, Packed) else as_shapes(obstacles)
+            packed = pack_obstacles(shapes, trees=False)
+            if packed.forest is not None:
+                raise InputError(
+                    "packed obstacles with trees are not taken", place="obstacles", remedy="give the shapes"
+                )
+            self._covers = {} if isinstance(shapes, Packed) else _covers(shapes, packed)
             # an own, writable copy: packed obstacles are shared
             self._owner = packed.owner.tolist()
             self._solids = Packed(np.array(packed.rows, order="C"), packed.owner, packed.names)
@@ -307,3 +329,8 @@ class Reactive:
             numbers[9],
             numbers[10],
         )
+
+
+def _covers(shapes: tuple[Shape, ...], packed: Packed) -> dict[str, BoxCover]:
+    """By name, the boxes that stand for meshes."""
+    return {name: box_cover(shape) for shape, name in zip(shapes, packed.names) if isinstance(shape, Mesh)}

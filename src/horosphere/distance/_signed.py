@@ -22,7 +22,7 @@ _recent: list[tuple[tuple[Any, ...], Packed]] = []
 def pack_obstacles(obstacles: Any, *, trees: bool = True) -> Packed:
     """Any obstacles as arrays; the last few sets are kept, since a loop asks for the same one again and again.
 
-    Without `trees`, every ball of a cloud is a row, and meshes are refused.
+    Without `trees`, every ball of a cloud is a row, and every box that a mesh is enclosed in.
     """
     if isinstance(obstacles, Packed):
         return obstacles

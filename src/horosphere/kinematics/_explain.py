@@ -19,8 +19,8 @@ def explain(found: IkSolutions, robot: Any, target: Any) -> str:
     if found.within_limits(robot).any():
         return ""
     if found.valid.any():
-        return _outside_limits(found, robot)
-    return found.reason + _nearest(robot, target)
+        return f"{_outside_limits(found, robot)}; {nearest_pose(robot, target)}"
+    return f"{found.reason}; {nearest_pose(robot, target)}"
 
 
 def _outside_limits(found: IkSolutions, robot: Any) -> str:
@@ -38,8 +38,9 @@ def _outside_limits(found: IkSolutions, robot: Any) -> str:
     )
 
 
-def _nearest(robot: Any, target: Any) -> str:
-    """The nearest pose inside the limits, in words."""
+def nearest_pose(robot: Any, target: Any) -> str:
+    """The nearest pose (or point, for a `Point`) inside the limits that a numerical search finds, in words; obstacles aside."""
+    from ..entities import Point
     from ..versors import Motor
     from ._forward import forward
     from ._numeric import numerical_inverse
@@ -47,16 +48,17 @@ def _nearest(robot: Any, target: Any) -> str:
     from ._wrist_arms import matrix_error
 
     if isinstance(target, GripperOnPlane):
-        from ..entities import Point
-
         goal: Any = Point.from_euclidean(target.point)
+    elif isinstance(target, Point):
+        goal = target
     else:
         goal = Motor._wrap(pose_motor(target))
     best = numerical_inverse(robot, goal, attempts=30).q[0]
     reached = forward(robot, best).as_matrix()
     x, y, z = reached[:3, 3]
-    wanted = target.point if isinstance(target, GripperOnPlane) else goal.as_matrix()[:3, 3]
-    words = f"; the nearest pose found has the tip at ({x:.4g}, {y:.4g}, {z:.4g}), {np.linalg.norm(wanted - [x, y, z]):.3g} m away"
+    wanted = goal.as_euclidean() if isinstance(goal, Point) else goal.as_matrix()[:3, 3]
+    away = float(np.linalg.norm(wanted - [x, y, z]))
+    words = f"the nearest found inside the limits has the tip at ({x:.4g}, {y:.4g}, {z:.4g}), {away:.3g} m away"
     if isinstance(goal, Motor):
         both = goal.as_matrix()
         both[:3, 3] = reached[:3, 3]

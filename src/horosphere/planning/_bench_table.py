@@ -131,7 +131,5 @@ def check_format(path: str | Path) -> Path:
                 remedy="pip install 'horosphere[parquet]', or write .csv or .json",
             )
     if not target.absolute().parent.is_dir():
-        raise InputError(
-            "the folder does not exist", place=str(path), remedy="make it first, or choose another --out-file"
-        )
+        raise InputError("the folder does not exist", place=str(path), remedy="make it first, or choose another place")
     return target

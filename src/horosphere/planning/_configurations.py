@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import kinematics
+from ..entities import Point
 from ..robots import Robot
 from ..scenes import GripperPlaneTarget, JointTarget, LineTarget, PlaneTarget, PoseTarget, PositionTarget, Scene
 from ._clearance import arm, margin, touch
@@ -32,10 +33,11 @@ def configurations(scene: Scene, which: str) -> Configurations:
     robot = arm(scene)
     q, reason = _reaching(scene, which)
     if not len(q):
-        return Configurations(q, f"{which}: {reason}")
+        return Configurations(q, f"{which}: {_explained(scene, which, reason)}")
     inside = within_limits(robot, q)
     if not inside.any():
-        return Configurations(q[:0], f"{which}: {limit_reason(robot, q)}{_scope(scene, which, len(q))}")
+        reason = f"{limit_reason(robot, q)}{_scope(scene, which, len(q))}"
+        return Configurations(q[:0], f"{which}: {_explained(scene, which, reason)}")
     q = np.ascontiguousarray(q[inside])
     margins = margin(scene, q)
     if not (margins >= 0.0).any():
@@ -63,6 +65,28 @@ def _scope(scene: Scene, which: str, count: int, kept: str = "") -> str:
     return f", in {postures}: every branch, with {FREE_SAMPLES} values of the free angle {structure.parameter}"
 
 
+def _explained(scene: Scene, which: str, reason: str) -> str:
+    """Why a target is not reached inside the limits: how far out of reach or which joint, and what is nearest to it."""
+    from ..kinematics._explain import nearest_pose
+
+    robot, target = arm(scene), _target_of(getattr(scene, which))
+    if target is None:
+        return reason
+    structure = kinematics.classify(robot)
+    if structure.is_closed_form and structure.parameter is None and not isinstance(target, Point):
+        return kinematics.inverse(robot, target).explain(robot, target) or reason
+    return f"{reason}; {nearest_pose(robot, target)}"
+
+
+def _target_of(target: Any) -> Any:
+    """What inverse kinematics takes for a target of a scene; None where that is more than one pose or point, or joints."""
+    if isinstance(target, GripperPlaneTarget):
+        return kinematics.GripperOnPlane(target.position, target.normal)
+    if isinstance(target, PoseTarget):
+        return target.motor()
+    return Point.from_euclidean(target.position) if isinstance(target, PositionTarget) else None
+
+
 def within_limits(robot: Robot, q: Floats, tolerance: float = 1e-9) -> NDArray[np.bool_]:
     """(...) whether configurations (..., n) keep the joint limits."""
     return np.all((q >= robot.limits.lower - tolerance) & (q <= robot.limits.upper + tolerance), axis=-1)
@@ -83,8 +107,7 @@ def _reaching(scene: Scene, which: str) -> tuple[Floats, str]:
     if isinstance(target, JointTarget):
         return target.q[None].copy(), ""
     if isinstance(target, GripperPlaneTarget):
-        plane = kinematics.GripperOnPlane(target.position, target.normal)
-        return _valid_rows(inverse_over(robot, plane, free_grid(robot)[0]))
+        return _valid_rows(inverse_over(robot, _target_of(target), free_grid(robot)[0]))
     if isinstance(target, PoseTarget):
         return inverse_of_pose(scene, target.motor())
     rng = np.random.default_rng(scene.options.seed)
@@ -129,8 +152,6 @@ def inverse_over(robot: Robot, target, free: Floats) -> kinematics.IkSolutions:
 
 def inverse_of_point(scene: Scene, point: Floats, rng: np.random.Generator) -> tuple[Floats, str]:
     """Configurations (m, n) with the tool at a point, any orientation, from many seeds."""
-    from ..entities import Point
-
     return _from_seeds(scene, Point.from_euclidean(point), rng)
 
 

@@ -48,7 +48,7 @@ class Packed:
 
 
 def pack(shapes: tuple[Shape, ...], *, trees: bool = True) -> Packed:
-    """Three-dimensional shapes as rows. Without `trees`, every ball of a cloud is a row, and a mesh is refused.
+    """Three-dimensional shapes as rows. Without `trees`, every ball of a cloud is a row, and every box of a mesh's `box_cover`.
 
     Raises InputError for a shape of another dimension.
     """
@@ -61,7 +61,8 @@ def pack(shapes: tuple[Shape, ...], *, trees: bool = True) -> Packed:
             at.append(index)
             rows.append(grown[-1][0])
         else:
-            rows.append(_rows(shape, names[-1]))
+            parts = _boxes(shape) if isinstance(shape, Mesh) else (shape,)
+            rows.append(np.concatenate([_rows(part, names[-1]) for part in parts]))
         owner += [index] * len(rows[-1])
     moved, forest = join(grown)
     for index, block in zip(at, moved):
@@ -70,6 +71,12 @@ def pack(shapes: tuple[Shape, ...], *, trees: bool = True) -> Packed:
     # one kind of compiled code more, not two, where there are trees
     framed = 1 if forest is not None or np.isin(table[:, 0], (BOX, CYLINDER, ELLIPSOID)).any() else None
     return Packed(np.ascontiguousarray(table), np.array(owner, dtype=np.int64), tuple(names), framed, forest)
+
+
+def _boxes(mesh: Mesh) -> tuple[Shape, ...]:
+    from ._box_cover import box_cover  # brings trimesh and scipy
+
+    return box_cover(mesh).boxes
 
 
 def _rows(shape: Shape, name: str) -> Floats:
@@ -101,8 +108,7 @@ def _rows(shape: Shape, name: str) -> Floats:
         raise InputError(
             f"a {type(shape).__name__} ({name}) is not taken here",
             place="obstacles",
-            choices=("Ball", "Capsule", "Cylinder", "Box", "HalfSpace", "Ellipsoid", "PointCloud"),
-            remedy="enclose it in boxes (shapes.box_cover)",
+            choices=("Ball", "Capsule", "Cylinder", "Box", "HalfSpace", "Ellipsoid", "Mesh", "PointCloud"),
         )
     return row
 
