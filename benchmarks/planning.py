@@ -20,7 +20,8 @@ import numpy as np
 from horosphere import robots
 from horosphere.planning._edge_kernels import SAMPLED
 from horosphere.planning._sampled import sampled_clearance
-from horosphere.planning._tree import COVER, _Packed, _Search, connect
+from horosphere.planning._tree import Search, connect
+from horosphere.planning._tree_space import COVER, Space
 from horosphere.scenes._moveit import read_moveit_set
 from horosphere.shapes import Box
 
@@ -54,7 +55,7 @@ def our_checker(robot, problem):
     from horosphere.planning._packet_kernels import check_edge
 
     start = problem.start_of(robot)
-    space = _Packed(_Search(robot, start, problem.goal_of(robot).q[None], problem.obstacles, 0.0, 0.0, 0), COVER[0])
+    space = Space(Search(robot, start, problem.goal_of(robot).q[None], problem.obstacles, 0.0, 0.0, 0), COVER[0]).pack()
     zero = np.zeros(robot.n_joints, np.float32)
     margins = space.margins(0.0, 0.0)
 

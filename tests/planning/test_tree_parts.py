@@ -4,12 +4,13 @@ import numpy as np
 import pytest
 
 from horosphere import robots
-from horosphere.kernels import EIGHT
+from horosphere.kernels import EIGHT, jit
 from horosphere.planning import _edge_kernels as edge
 from horosphere.planning import _world_kernels as world
-from horosphere.planning._tree import _Packed, _Search
+from horosphere.planning._tree import Search
 from horosphere.planning._tree_model import body_pairs, cover, enclosing_ball, moving_frames, position_error, spans
 from horosphere.planning._tree_room import halton
+from horosphere.planning._tree_space import Space
 from horosphere.planning._world import merged, solid_rows
 from horosphere.robots._placement import link_frames, move_points, rotation_translation
 from horosphere.shapes import Ball, Box, Capsule, Cylinder, Ellipsoid, HalfSpace
@@ -21,7 +22,7 @@ NAMES = ["panda", "ur5", "nao-left-arm", "gantry"]
 
 def packed(robot, obstacles=(), start=None, fineness=1e-3):
     start = np.zeros(robot.n_joints) if start is None else start
-    return _Packed(_Search(robot, start, start[None], tuple(obstacles), 0.0, 0.0, 0), fineness)
+    return Space(Search(robot, start, start[None], tuple(obstacles), 0.0, 0.0, 0), fineness).pack()
 
 
 def placed(space, q, v, t):
@@ -97,6 +98,22 @@ def upright(rng):
     return np.array([[np.cos(a), -np.sin(a), 0], [np.sin(a), np.cos(a), 0], [0, 0, 1.0]])
 
 
+@jit
+def sort(m, margin, scene, lists):
+    return world.sort_solids(m, margin, scene, lists)
+
+
+def sorted_solids(solids, spans, margin):
+    """The lists of `world`, cut to what is in them, `reach`, and the largest coordinate, for a root in the origin."""
+    rows, spans = solid_rows(solids).copy(), np.array(spans)
+    m = len(rows)
+    memory = np.zeros(m), np.zeros(m, np.int64), np.zeros(m, np.int64), np.zeros(5, np.int64)
+    lists = tuple(np.zeros((m, width), np.float32) for width in (8, 16, 8, 8, 16))
+    reach = np.full((len(spans), 10), 7)
+    extent = sort(m, margin, (rows, np.zeros(3), spans, np.zeros((0, 0), np.uint8), *memory), (*lists, reach))
+    return *(x[:k] for x, k in zip(lists, memory[3])), reach, extent
+
+
 @pytest.mark.parametrize("seed", range(3))
 @pytest.mark.parametrize("kind", SOLIDS)
 def test_squares_of_distances(kind, seed):
@@ -105,7 +122,7 @@ def test_squares_of_distances(kind, seed):
     R = np.linalg.qr(rng.normal(size=(3, 3)))[0]
     R[:, 0] *= np.sign(np.linalg.det(R))
     solid = SOLIDS[kind](rng, R)
-    lists = world.pack_world(solid_rows([solid]), np.zeros(3), np.array([4.0, 0.0]), 0.01)
+    lists = sorted_solids([solid], [4.0, 0.0], 0.01)
     points = rng.uniform(-2, 2, (400, 3))
     squares = (
         world.upright_square,
@@ -144,7 +161,7 @@ def test_large_clouds_are_merged_conservatively(count):
 
 def test_solids_out_of_reach_are_dropped():
     solids = [Ball([0.5, 0, 0], 0.1), Ball([3.0, 0, 0], 0.1), Box([0, 9, 0], [1, 1, 1]), Ball([0.9, 0, 0], 0.1)]
-    *lists, reach, extent = world.pack_world(solid_rows(solids), np.zeros(3), np.array([1.0, 0.6]), 0.0)
+    *lists, reach, extent = sorted_solids(solids, [1.0, 0.6], 0.0)
     assert [len(x) for x in lists] == [0, 0, 0, 2, 0]
     assert reach[:, :5].tolist() == [[0, 0, 0, 2, 0], [0, 0, 0, 1, 0]] and not reach[:, 5:].any()
     assert extent < 1.2
@@ -184,7 +201,7 @@ def test_enclosing_ball_is_small():
 @pytest.mark.parametrize("name", NAMES)
 def test_no_point_moves_further_than_its_bound(name):
     """Random boxes of configurations, random members of them, against the numpy frames."""
-    from horosphere.kernels import jit, load_lanes, store_lanes
+    from horosphere.kernels import load_lanes, store_lanes
 
     @jit
     def bound_of(f, stop, point, q, v, t, half, joints, data, frames, packet, out):
@@ -234,7 +251,6 @@ def test_no_point_moves_further_than_its_bound(name):
 
 def test_edges_against_dense_sampling():
     """Certified clear edges are clear; contacts are contacts; most of what is clear gets certified."""
-    from horosphere.kernels import jit
     from horosphere.planning._packet_kernels import check_edge
 
     from ._dense import clearances

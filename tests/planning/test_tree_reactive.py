@@ -7,7 +7,8 @@ from scipy.optimize import minimize
 from horosphere.errors import InputError
 from horosphere.planning import _reactive, _reactive_kernels
 from horosphere.planning._reactive import react
-from horosphere.planning._tree import COVER, _Packed, _Search
+from horosphere.planning._tree import Search
+from horosphere.planning._tree_space import COVER, Space
 from horosphere.robots._placement import link_frames, rotation_translation
 from horosphere.shapes import Ball, Box, HalfSpace
 
@@ -16,8 +17,8 @@ from .test_tree import free, furniture, made
 
 
 def law_for(robot, q, obstacles):
-    search = _Search(robot, q, q[None], tuple(obstacles), 0.0, 0.0, 0)
-    return _reactive._Law(search, _Packed(search, COVER[0]))
+    search = Search(robot, q, q[None], tuple(obstacles), 0.0, 0.0, 0)
+    return _reactive._Law(search, Space(search, COVER[0]).pack())
 
 
 @pytest.mark.parametrize("seed", range(4))

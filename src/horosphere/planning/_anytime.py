@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from ..distance import pack_obstacles, signed
 from ..robots import Robot
 from ..shapes import as_shapes
-from ._tree import CHUNK, COVER, STEP, TreeResult, _model, _Packed, _Search
+from ._tree import CHUNK, Search, TreeResult
+from ._tree_space import COVER, Space, model_of
 
 Floats = NDArray[np.float64]
 COMFORT, OWN_COMFORT = 1 / 16, 1 / 160
@@ -65,7 +66,7 @@ class Improvement:
 
 def path_length(robot: Robot, q: Floats) -> float:
     """Length of a joint path (k, n), rad; a slide counts in the robot's reach (to a power of two)."""
-    weight = _model(robot, COVER[0]).weight
+    weight = model_of(robot, COVER[0]).weight
     return float(np.linalg.norm(np.diff(q * weight, axis=0), axis=1).sum())
 
 
@@ -85,8 +86,8 @@ class Improver:
         seconds: float,
         kept: float,
     ) -> None:
-        self.search = _Search(robot, found.waypoints[0], goals, as_shapes(obstacles), clearance, self_clearance, seed)
-        self.space = space = _Packed(self.search, COVER[0])
+        self.search = Search(robot, found.waypoints[0], goals, as_shapes(obstacles), clearance, self_clearance, seed)
+        self.space = space = Space(self.search, COVER[0]).pack()
         self.seed, self.first = seed, found.waypoints
         self.solids, self.asked = pack_obstacles(self.search.shapes), (clearance, self_clearance)
         self.comfort, self.own_comfort = COMFORT * space.model.reach, OWN_COMFORT * space.model.reach
@@ -95,7 +96,7 @@ class Improver:
         levels = (found.rung, kept - clearance, *(kept - clearance + k * self.comfort / 8 for k in (1, 2, 4)))
         self.levels = sorted({x for x in levels if x >= found.rung})
         self.begin = perf_counter()
-        self.deadline = self.search.deadline = self.begin + seconds
+        self.deadline = self.begin + seconds
         self.rounds = 0
 
     @property
@@ -135,18 +136,18 @@ class Improver:
 
     def regrown(self, number: int, extra: float) -> Floats | None:
         """A path of trees grown from other samples with an extra margin, shortened and certified."""
+        from ._plan_kernels import GROW
+
         self.rounds += 1
         search, space = self.search, self.space
-        search.seed = self.seed + 7919 * number
-        margins = self.margins(extra)
-        count, able = search._grow(space, list(range(len(search.goals))), margins, False, CHUNK)
-        if count <= 0:
-            return None
-        result = search._finish(space, count, able, margins, True, extra)
-        return None if result is None else result.waypoints
+        space.use_samples(self.seed + 7919 * number)
+        deadline = 1e9 * self.deadline
+        count = space.run(GROW, self.rung(extra), goals=search.goals, shorten=True, deadline=deadline)
+        return search.found(space, count, list(range(len(search.goals)))).waypoints if count > 0 else None
 
-    def margins(self, extra: float) -> tuple[float, float]:
-        return self.space.margins(self.asked[0] + extra, self.asked[1] + min(extra, self.levels[0]))
+    def rung(self, extra: float) -> Floats:
+        """For `plan`."""
+        return np.array([[extra, min(extra, self.levels[0]), CHUNK, 0]])
 
     def rooms(self, points: Floats) -> tuple[Floats, Floats]:
         """How far points (k, n) are beyond what is asked for, in shares of the comfort (0 to 1), and the slopes."""
@@ -184,8 +185,8 @@ class Improver:
         Source: Quinlan and Khatib 1993 (elastic bands); here the descent of `cost`, with the certificate as a wall.
         """
         P = spaced(self.scaled(path), SPACING, MOST_POINTS)
-        margins = self.margins(extra)
-        if len(P) < 3 or self.blocked(P, margins):
+        rungs = self.rung(extra)
+        if len(P) < 3 or self.blocked(P, rungs):
             return None
         cost, pull, patience = self.cost(P), 0.5, 0
         for _ in range(ROUNDS):
@@ -194,7 +195,7 @@ class Improver:
             self.rounds += 1
             new, bad = self.moved(P, pull), []
             for _ in range(3):  # where a motion is not certified, its ends stay where they were
-                bad = self.blocked(new, margins)
+                bad = self.blocked(new, rungs)
                 for k in bad:
                     new[max(k - 1, 0) : k + 3] = P[max(k - 1, 0) : k + 3]
                 if not bad:
@@ -224,20 +225,20 @@ class Improver:
         new[1:-1] += pull * (0.5 * (P[:-2] + P[2:]) - P[1:-1] + push)
         return np.clip(new, self.low, self.high)
 
-    def blocked(self, P: Floats, margins: tuple[float, float]) -> list[int]:
-        """Motions of the band that are not certified to keep the margins."""
-        from ._simplify_kernels import certify
+    def blocked(self, P: Floats, rungs: Floats) -> list[int]:
+        """Motions of the band that are not certified to keep the margins of a rung."""
+        from ._plan_kernels import CHECK
 
-        space = self.space
-        points = np.ascontiguousarray(P, np.float32)
-        points[0] = space.scaled(self.search.start)
+        room = self.space.room
+        room.path[: len(P)] = P
+        room.path[0] = self.space.scaled(self.search.start)
         found, first = [], 0
-        while first < len(points) - 1:
-            k = certify(space.packet, points[first:], len(points) - first, *margins, space.room.work[0])
+        while first < len(P) - 1:
+            k = self.space.run(CHECK, rungs, points=len(P), first=first)
             if k < 0:
                 break
-            found.append(first + int(k))
-            first = found[-1] + 1
+            found.append(k)
+            first = k + 1
         return found
 
 
@@ -249,7 +250,7 @@ def _every(count: int, k: int) -> NDArray[np.int64]:
 def spaced(points: Floats, step: float, most: int) -> Floats:
     """The path (k, n) with its corners, and points between them so that none is further than `step` from the next."""
     lengths = np.linalg.norm(np.diff(points, axis=0), axis=1)
-    step = max(step, float(lengths.sum()) / max(most - len(points), 8), STEP * 1e-3)
+    step = max(step, float(lengths.sum()) / max(most - len(points), 8), 1e-3)
     rows = [points[:1]]
     for a, b, length in zip(points[:-1], points[1:], lengths):
         count = max(int(np.ceil(length / step)), 1)

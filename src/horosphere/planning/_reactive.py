@@ -11,8 +11,9 @@ from numpy.typing import ArrayLike, NDArray
 from ..numeric import float_array
 from ..robots import Robot
 from ..shapes import as_shapes
-from ._tree import COVER, RUNGS, TreeResult, _outside, _Packed, _Search, _timed
+from ._tree import Search, TreeResult
 from ._tree_room import halton
+from ._tree_space import COVER, RUNGS, Space
 
 Floats = NDArray[np.float64]
 STEP = 0.1
@@ -45,16 +46,15 @@ def react(
     n = robot.n_joints
     first = float_array(start, "start", last=n, ndim=1)
     ends = float_array(np.atleast_2d(np.asarray(goals, np.float64)), "goals", last=n, ndim=2)
-    search = _Search(robot, first, ends, as_shapes(obstacles), clearance, self_clearance, 0)
+    search = Search(robot, first, ends, as_shapes(obstacles), clearance, self_clearance, 0)
     search.timings = dict.fromkeys(("pack", "follow", "simplify", "certify"), 0.0)
-    outside = _outside(robot, first)
-    if outside:
-        return search._failed(f"start: {outside}")
-    space = _Packed(search, COVER[0])
+    inside = search.inside()
+    if isinstance(inside, str):
+        return search.failed(inside)
+    space = Space(search, COVER[0]).pack()
     law = _Law(search, space)
     search.timings["pack"] = perf_counter() - begin
     deadline = perf_counter() + time_limit
-    inside = [g for g, goal in enumerate(ends) if not _outside(robot, goal)]
     found = None
     for share in RUNGS[1:]:
         rung = share * space.model.reach
@@ -62,13 +62,13 @@ def react(
         found = law.run(inside, margins, vias, deadline, rung)
         if found is not None or perf_counter() > deadline:
             break
-    return found or search._failed("the reactive law got stuck from both ends and at every via pose")
+    return found or search.failed("the reactive law got stuck from both ends and at every via pose")
 
 
 class _Law:
     """The attempts of one call, in their order."""
 
-    def __init__(self, search: _Search, space: _Packed) -> None:
+    def __init__(self, search: Search, space: Space) -> None:
         self.search, self.space = search, space
         n, balls = search.robot.n_joints, -(-len(space.model.balls.balls) // 16) * 16
         single = np.float32
@@ -103,10 +103,10 @@ class _Law:
                 points = self._leg(*legs, margins)
                 if points is not None:
                     path[: len(points)] = points[::-1] if back else points
-                    found = search._finish(space, len(points), [g], margins, False, rung)
+                    found = self._finish(len(points), g, False, rung)
                     if found is not None:
                         return found
-        for via_start, via_goal in self._vias(start, space.scaled(search.goals[inside[0]]), vias) if inside else ():
+        for via_start, via_goal in self._vias(start, space.scaled(search.goals[inside[0]]), vias):
             if perf_counter() > deadline:
                 return None
             for g in inside:
@@ -122,10 +122,19 @@ class _Law:
                 if len(points) > len(path):
                     continue
                 path[: len(points)] = points
-                found = search._finish(space, len(points), [g], margins, True, rung)
+                found = self._finish(len(points), g, True, rung)
                 if found is not None:
                     return found
         return None
+
+    def _finish(self, count: int, goal: int, shorten: bool, rung: float) -> TreeResult | None:
+        """The path of `count` points, shortened and certified."""
+        from ._plan_kernels import FINISH
+
+        rungs = np.array([[rung, rung, 0, 0]])
+        count = self.space.run(FINISH, rungs, points=count, shorten=shorten)
+        self.search.count(self.space)
+        return self.search.found(self.space, count, [goal]) if count > 0 else None
 
     def _leg(self, a: Any, b: Any, margins: tuple[float, float]) -> NDArray[np.float32] | None:
         from ._reactive_kernels import follow
@@ -135,11 +144,12 @@ class _Law:
         path[0] = a
         barrier = max(margins)
         sights = SIGHT * space.model.reach, SELF_SIGHT * space.model.reach
-        with _timed(self.search.timings, "follow"):
-            count = follow(
-                space.packet, b, 1, MOST, STEP, *sights, GAIN, barrier, SWEEPS, space.low, space.high, path, *margins,
-                space.room.work[0], self.room,
-            )  # fmt: skip
+        begin = perf_counter()
+        count = follow(
+            space.packet, b, 1, MOST, STEP, *sights, GAIN, barrier, SWEEPS, space.low, space.high, path, *margins,
+            space.room.work[0], self.room,
+        )  # fmt: skip
+        self.search.timings["follow"] += perf_counter() - begin
         self.search.iterations += abs(count)
         return path[:count].copy() if count > 0 else None
 

@@ -4,9 +4,8 @@ import math
 
 import numpy as np
 
-from ..kernels import jit
 from ._edge_kernels import CERTIFIED, SAMPLED
-from ._packet_kernels import inner
+from ._packet_kernels import inner, opened, opened_task
 from ._tree_kernels import motion_clear
 
 
@@ -87,9 +86,10 @@ def cut_corner(packet, path, i, count, tries, least_gain, work, margin, self_mar
     return count, i + 1, False
 
 
-@jit(_nrt=False)
-def simplify(packet, path, count, rounds, tries, least_gain, margin, self_margin, work):
+@inner
+def simplify(packet, count, rounds, tries, least_gain, margin, self_margin):
     """Shorten a path of `count` points in place; returns how many points are left."""
+    path, work = opened_task(packet)[0][9], opened(packet)[2][5]
     count = shortcut(packet, path, count, work[0], margin, self_margin)
     for _ in range(rounds):
         i, changed = np.int64(1), False
@@ -102,14 +102,15 @@ def simplify(packet, path, count, rounds, tries, least_gain, margin, self_margin
     return count
 
 
-@jit(_nrt=False)
-def certify(packet, path, count, margin, self_margin, v):
-    """The first motion of a path that is not certified clear, or -1; v (n,) is overwritten."""
-    for i in range(count - 1):
+@inner
+def certify(packet, first, count, margin, self_margin):
+    """The first motion of a path, from motion `first` on, that is not certified clear, or -1."""
+    path, v = opened_task(packet)[0][9], opened(packet)[2][5][0]
+    for i in range(first, count - 1):
         length = 0.0
         for j in range(path.shape[1]):
             v[j] = path[i + 1, j] - path[i, j]
             length += v[j] * v[j]
         if not motion_clear(packet, path[i], v, math.sqrt(length), np.int64(CERTIFIED), margin, self_margin):
-            return i
-    return -1
+            return np.int64(i)
+    return np.int64(-1)

@@ -14,55 +14,57 @@ from ..shapes import Ball, Box, Capsule, Cylinder, Ellipsoid, HalfSpace, Mesh, P
 
 Floats = NDArray[np.float64]
 _BOX, _CAPSULE, _CYLINDER, _ELLIPSOID, _HALF_SPACE = 0.0, 1.0, 2.0, 3.0, 4.0
+ROW_BYTES = 16 * 8
 MOST_BALLS = 4000
 """Points of one cloud beyond which near ones are merged into a ball that holds them."""
 SUPPORTED = ("Ball", "Box", "Capsule", "Cylinder", "Ellipsoid", "HalfSpace", "Mesh", "PointCloud")
 
 
 def solid_rows(obstacles: Iterable[Shape]) -> Floats:
-    """Rows (m, 16) for `pack_world`. Raises InputError for what the planner cannot take."""
-    numbers: list[float] = []
-    clouds: list[Floats] = []
-    taken = [box for shape in obstacles for box in (box_cover(shape).boxes if isinstance(shape, Mesh) else (shape,))]
-    for shape in taken:
-        kind, shape = type(shape), cast("Any", shape)
-        if kind is Box:
-            numbers += (_BOX, *shape.center.tolist(), *shape.rotation.T.ravel().tolist(), *shape.half_sizes.tolist())
-        elif kind is Cylinder or kind is Capsule:
-            numbers += _axial(_CYLINDER if kind is Cylinder else _CAPSULE, shape)
-        elif kind is Ball and len(shape.center) == 3:
-            numbers += (_CAPSULE, *shape.center.tolist(), 0.0, 0.0, 1.0, *(0.0,) * 6, 0.0, shape.radius, 0.0)
-        elif kind is Ellipsoid:
-            numbers += (
-                _ELLIPSOID,
-                *shape.center.tolist(),
-                *shape.rotation.T.ravel().tolist(),
-                *shape.semi_axes.tolist(),
-            )
-        elif kind is HalfSpace:
-            numbers += (_HALF_SPACE, 0.0, 0.0, 0.0, *shape.normal.tolist(), *(0.0,) * 6, shape.distance, 0.0, 0.0)
-        elif kind is PointCloud:
-            points, radii = merged(shape.points, np.broadcast_to(shape.radius, len(shape.points)))
-            block = np.zeros((len(points), 16))
-            block[:, 0], block[:, 1:4], block[:, 6], block[:, 14] = _CAPSULE, points, 1.0, radii
-            clouds.append(block)
-        else:
-            raise InputError(
-                f"the tree planner cannot plan around a {kind.__name__}{' of dimension 2' if kind is Ball else ''}",
-                place=f"obstacle {shape.name!r}" if getattr(shape, "name", "") else "obstacles",
-                remedy="enclose it in boxes, capsules or cylinders",
-                choices=SUPPORTED,
-            )
-    rows = np.array(numbers).reshape(-1, 16)
-    return np.concatenate([rows, *clouds]) if clouds else rows
+    """Rows (m, 16) for `sort_solids`, read-only. Raises InputError for what the planner cannot take."""
+    return np.frombuffer(b"".join([rows_of(shape) for shape in obstacles])).reshape(-1, 16)
 
 
-def allowed_rows(allowed: tuple[tuple[str, ...], ...], obstacles: tuple[Shape, ...]) -> NDArray[np.bool_]:
-    """(C, m) which rows of `solid_rows` each body may touch, from the names it may touch; (0, 0) where there are none."""
-    if not any(allowed):
-        return np.zeros((0, 0), np.bool_)
-    names = [shape.name for shape in obstacles for _ in range(len(solid_rows([shape])))]
-    return np.array([[bool(name) and name in own for name in names] for own in allowed], np.bool_)
+def rows_of(shape: Shape) -> bytes:
+    """The rows of one obstacle, which keeps them."""
+    try:
+        return shape.planner_rows
+    except AttributeError:
+        parts = box_cover(shape).boxes if isinstance(shape, Mesh) else (shape,)
+        rows = b"".join(_rows(part) for part in parts)
+        object.__setattr__(shape, "planner_rows", rows)
+        return rows
+
+
+def _rows(obstacle: Shape) -> bytes:
+    kind, shape = type(obstacle), cast("Any", obstacle)
+    if kind is Box or kind is Ellipsoid:
+        code, sizes = (_BOX, shape.half_sizes) if kind is Box else (_ELLIPSOID, shape.semi_axes)
+        row = (code, *shape.center, *shape.rotation.T.ravel(), *sizes)
+    elif kind is Cylinder or kind is Capsule:
+        row = _axial(_CYLINDER if kind is Cylinder else _CAPSULE, shape)
+    elif kind is Ball and len(shape.center) == 3:
+        row = (_CAPSULE, *shape.center, 0.0, 0.0, 1.0, *(0.0,) * 6, 0.0, shape.radius, 0.0)
+    elif kind is HalfSpace:
+        row = (_HALF_SPACE, 0.0, 0.0, 0.0, *shape.normal, *(0.0,) * 6, shape.distance, 0.0, 0.0)
+    elif kind is PointCloud:
+        points, radii = merged(shape.points, np.broadcast_to(shape.radius, len(shape.points)))
+        row = np.zeros((len(points), 16))
+        row[:, 0], row[:, 1:4], row[:, 6], row[:, 14] = _CAPSULE, points, 1.0, radii
+    else:
+        raise InputError(
+            f"the tree planner cannot plan around a {kind.__name__}{' of dimension 2' if kind is Ball else ''}",
+            place=f"obstacle {shape.name!r}" if getattr(shape, "name", "") else "obstacles",
+            remedy="enclose it in boxes, capsules or cylinders",
+            choices=SUPPORTED,
+        )
+    return np.asarray(row, np.float64).tobytes()
+
+
+def allowed_rows(allowed: tuple[tuple[str, ...], ...], obstacles: tuple[Shape, ...]) -> NDArray[np.uint8]:
+    """(C, m) which rows of `solid_rows` each body may touch, from the names it may touch."""
+    names = [shape.name for shape in obstacles for _ in range(len(rows_of(shape)) // ROW_BYTES)]
+    return np.array([[bool(name) and name in own for name in names] for own in allowed], np.uint8)
 
 
 def merged(points: Floats, radii: Floats, most: int = MOST_BALLS) -> tuple[Floats, Floats]:

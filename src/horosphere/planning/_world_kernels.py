@@ -9,12 +9,11 @@ import math
 
 import numpy as np
 
-from ..kernels import absolute, jit, kernel, maximum, minimum, scalars, sqrt
+from ..kernels import absolute, kernel, maximum, minimum, scalars, sqrt
 from ._packet_kernels import inner
 
 BOX, CAPSULE, CYLINDER, ELLIPSOID, HALF_SPACE = 0, 1, 2, 3, 4
 ROW = 16
-NOTHING = np.zeros((0, 0), np.bool_)
 
 
 @kernel(1, p=scalars(3), row=scalars(8))
@@ -117,18 +116,26 @@ def _square_of(row, x, y, z):
     return a * a + b * b + c * c  # of an ellipsoid: to the box around it
 
 
-@jit(_nrt=False)
-def sort_solids(rows, root, spans, margin, allowed, lists, reach, count, near, kinds, order):
-    """Fills the lists of `world` from solids (m, 16) in float64; returns the largest coordinate that matters.
+@inner
+def sort_solids(m, margin, scene, world):
+    """Fills `world` from the first m solids of the scene; returns the largest coordinate that matters.
 
-    A row: kind, centre, three axes (rows; of a capsule, cylinder or half-space the first only), three sizes (box: half
-    sizes; ellipsoid: semi-axes; capsule, cylinder: half length, radius; half-space: distance). `root` (3,): a point that
+    scene = (rows, root, spans, allowed, near, kinds, order, count)
+
+    rows (m, 16), in float64, overwritten: kind, centre, three axes (rows; of a capsule, cylinder or half-space the first
+    only), three sizes (box: half sizes; ellipsoid: semi-axes; capsule, cylinder: half length, radius; half-space: distance). `root` (3,): a point that
     does not move; spans (C,): no point of body c is ever further from it. Solids further than every span are dropped.
-    allowed (C, m): body c may touch solid i; such solids come first, and `reach` gets their bits.
+    allowed (C, m) or empty: body c may touch solid i; such solids come first, and `reach` gets their bits (of the first 63
+    of a kind; others are kept clear of).
     `count` (5,): how many there are in each list; near, kinds, order (m,): working memory.
     """
-    upright, boxes, cylinders, capsules, ellipsoids = lists
-    m = rows.shape[0]
+    rows, root, spans, allowed, near, kinds, order, count = scene
+    upright, boxes, cylinders, capsules, ellipsoids, reach = world
+    for k in range(5):
+        count[k] = 0
+    for g in range(spans.shape[0]):
+        for k in range(10):
+            reach[g, k] = 0
     longest = 0.0
     for g in range(spans.shape[0]):
         longest = max(longest, spans[g])
@@ -186,7 +193,8 @@ def sort_solids(rows, root, spans, margin, allowed, lists, reach, count, near, k
         gap = 1 if gap == 2 else int(gap / 2.2)
     for k in range(5):
         count[k] = 0
-    for i in order:
+    for rank in range(m):
+        i = order[rank]
         kind = kinds[i]
         if kind < 0:
             continue
@@ -217,16 +225,3 @@ def sort_solids(rows, root, spans, margin, allowed, lists, reach, count, near, k
             if near[i] <= spans[g]:
                 reach[g, kind] = count[kind]
     return extent
-
-
-def pack_world(rows, root, spans, margin, allowed=NOTHING):
-    """(upright, boxes, cylinders, capsules, ellipsoids, reach) of `world`, and the largest coordinate among them.
-
-    allowed (C, m): which bodies may touch which solids; of the first 63 of a kind, others are kept clear of.
-    """
-    m, groups = len(rows), len(spans)
-    lists = tuple(np.empty((m, width), np.float32) for width in (8, 16, 8, 8, 16))
-    reach, count = np.zeros((groups, 10), np.int64), np.zeros(5, np.int64)
-    memory = np.empty(m), np.empty(m, np.int64), np.empty(m, np.int64)
-    extent = sort_solids(rows.copy(), root, spans, margin, allowed, lists, reach, count, *memory)
-    return (*(list_[:k] for list_, k in zip(lists, count.tolist())), reach, extent)

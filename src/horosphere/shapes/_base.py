@@ -17,8 +17,10 @@ Floats = NDArray[np.float64]
 class Shape(ABC):
     """A solid obstacle in world coordinates (metres)."""
 
-    __slots__ = ()
+    __slots__ = ("planner_rows",)
     name: str
+    planner_rows: bytes
+    """What the tree planner has made of it, once it has: a shape does not change."""
 
     @property
     def dimension(self) -> int:

@@ -23,6 +23,8 @@ def as_shapes(obstacles: Any) -> tuple[Shape, ...]:
     """
     if obstacles is None:
         return ()
+    if type(obstacles) is tuple and all([issubclass(kind, Shape) for kind in set(map(type, obstacles))]):
+        return obstacles
     if isinstance(obstacles, Shape):
         return (obstacles,)
     if _is_entity(obstacles):
