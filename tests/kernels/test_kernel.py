@@ -237,3 +237,37 @@ def test_works_without_a_compiler():
 def test_cache_folder_follows_the_environment(monkeypatch, tmp_path):
     monkeypatch.setenv("HOROSPHERE_CACHE", str(tmp_path))
     assert cache_folder() == tmp_path
+
+
+def test_the_stamp_of_compiled_code_covers_what_it_calls_and_no_more(monkeypatch, tmp_path):
+    """A changed callee two modules away gives another stamp; a neighbour in the same package does not."""
+    from horosphere.kernels import _cache
+
+    files = {
+        "arm/__init__.py": "from ._plan import plan",
+        "arm/_plan.py": "from . import _solve",
+        "arm/_solve.py": "from . import _joint as joint\nfrom ..shapes import distance",
+        "arm/_joint.py": "turn = 1",
+        "shapes/__init__.py": "from ._pair import distance",
+        "shapes/_pair.py": "distance = 1",
+    }
+    for name, text in files.items():
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).write_text(text)
+    monkeypatch.setattr(_cache, "PACKAGE", tmp_path)
+    module = f"{tmp_path.name}.arm._solve"
+
+    def stamp():
+        for cached in (_cache.source_stamp, _cache._source_and_imports, _cache._source_file):
+            cached.cache_clear()
+        return _cache.source_stamp(module)
+
+    first = stamp()
+    try:
+        for name, counts in {"arm/_joint.py": True, "shapes/_pair.py": True, "arm/_plan.py": False}.items():
+            (tmp_path / name).write_text(files[name] + "\nmore = 2")
+            assert (stamp() != first) == counts, name
+            (tmp_path / name).write_text(files[name])
+    finally:
+        for cached in (_cache.source_stamp, _cache._source_and_imports, _cache._source_file):
+            cached.cache_clear()

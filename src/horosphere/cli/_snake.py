@@ -290,7 +290,7 @@ def steer(
     wheel_fraction
         Where the wheels stand along their link; 0.5 is the midpoint.
     tolerance
-        Largest coordinate error at the end.
+        Largest coordinate error at the end, metres or radians.
     seed
         Of the random starting paths.
     out_folder
@@ -327,8 +327,13 @@ def steer(
         out.print_json(data)
     else:
         out.print_verdict("Arrived" if result.solved else f"NOT SOLVED: {result.reason}", result.solved)
-        rows = [("Error", f"{result.error:.2g}"), ("Way of joint 1", f"{result.path_length:.3g} m")]
-        rows += [("Starting paths tried", result.tries), ("Segments of constant input", len(result.inputs))]
+        rows: list[tuple[str, Any]] = [
+            ("Error", f"{result.error:.2g} m or rad, the largest of all coordinates"),
+            ("Way of joint 1", f"{result.path_length:.3g} m, there and back counted"),
+            ("Starting paths tried", result.tries),
+            ("Segments of constant input", len(result.inputs)),
+        ]
+        rows += [("Files", ", ".join(data["files"]))] if "files" in data else []
         out.print_rows(rows)
     return out.DONE if result.solved else out.FAILED
 

@@ -105,6 +105,8 @@ def sweep(
 def _print(found: Any) -> None:
     from rich.table import Table
 
+    from ..viewer import bound
+
     counts = found.counts
     rows = sorted(found.rows, key=lambda row: row["status"] == "solved")  # what went wrong first
     verdict = ", ".join(f"{n} {status}" for status, n in sorted(counts.items(), key=lambda item: -item[1]))
@@ -116,7 +118,7 @@ def _print(found: Any) -> None:
         table.add_column(name, justify="right" if numeric else "left", header_style="dim", overflow="fold")
     for row in rows[:SHOWN]:
         by = row["solved_by"] if row["status"] == "solved" else row["reason"]
-        gap = "" if row["clearance"] is None else f"{1e3 * row['clearance']:.1f} mm"
+        gap = "" if row["clearance"] is None else bound(row["clearance"], 1)
         motion = "" if row["duration"] is None else f"{row['duration']:.2f} s"
         took = "" if row["seconds"] is None else f"{row['seconds']:.2f} s"
         table.add_row(out.plain_text(row["problem"]), row["status"], out.plain_text(by or ""), gap, motion, took)

@@ -50,24 +50,37 @@ def source_stamp(module: str) -> str:
     pending, sources = [module], {}
     while pending:
         name = pending.pop()
-        path = _source_file(name)
-        if name in sources or path is None or PACKAGE.joinpath("kernels") in path.parents:
-            continue
-        sources[name] = path.read_bytes()
-        package = name if path.name == "__init__.py" else name.rpartition(".")[0]
-        for node in ast.walk(ast.parse(sources[name])):
-            if isinstance(node, ast.ImportFrom):
-                base = package.rsplit(".", node.level - 1)[0] if node.level else ""
-                target = ".".join(part for part in (base, node.module) if part)
-                pending += [target, *(f"{target}.{alias.name}" for alias in node.names)]
-            elif isinstance(node, ast.Import):
-                pending += [alias.name for alias in node.names]
+        if name not in sources and (imported := _source_and_imports(name)) is not None:
+            sources[name], names = imported
+            pending += names
     digest = hashlib.sha256()
     for name in sorted(sources):
         digest.update(name.encode() + sources[name])
     return digest.hexdigest()[:16]
 
 
+@cache
+def _source_and_imports(name: str) -> tuple[bytes, tuple[str, ...]] | None:
+    """The source of a module of this package and the modules that it imports; None for others and the compiler's own."""
+    path = _source_file(name)
+    if path is None or PACKAGE.joinpath("kernels") in path.parents:
+        return None
+    source, names = path.read_bytes(), []
+    package = name if path.name == "__init__.py" else name.rpartition(".")[0]
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.ImportFrom):
+            base = package.rsplit(".", node.level - 1)[0] if node.level else ""
+            target = ".".join(part for part in (base, node.module) if part)
+            for alias in node.names:
+                # a module of a package is imported itself: with the package all of the project would count
+                inside = f"{target}.{alias.name}"
+                names.append(target if _source_file(inside) is None else inside)
+        elif isinstance(node, ast.Import):
+            names += [alias.name for alias in node.names]
+    return source, tuple(names)
+
+
+@cache
 def _source_file(module: str) -> Path | None:
     """The file of a module of this package; None for other modules and for names that are not modules."""
     root, _, rest = module.partition(".")

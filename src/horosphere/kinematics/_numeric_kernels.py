@@ -6,6 +6,8 @@ A goal is (14,): motor (8), point (3), direction (3); `_goal_kernels.goal_error`
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 
 from ..kernels import ONE, jit, load_records, store_records
@@ -18,8 +20,11 @@ _goal_error, _restricted = goals_of.goal_error.inline, goals_of.restricted_colum
 _add_outer, _add_scaled = goals_of.add_outer.inline, goals_of.add_scaled.inline
 _damped_solve, _dot6 = goals_of.damped_solve.inline, goals_of.dot6.inline
 
+# called from compiled code alone, and nothing is allocated: compiles sooner
+inner = partial(jit, _nrt=False, no_cpython_wrapper=True, no_cfunc_wrapper=True)
 
-@jit
+
+@inner
 def error_of(M, row, goal, axis, rules, e):
     """`goal_error` of the tool pose M[row] -> e (14,)."""
     m, t = load_records(M, row, 8, ONE), load_records(goal, 0, 8, ONE)
@@ -27,7 +32,7 @@ def error_of(M, row, goal, axis, rules, e):
     store_records(e, 0, _goal_error(*m, *t, *x, *d, *load_records(axis, 0, 3, ONE), *load_records(rules, 0, 3, ONE)))
 
 
-@jit
+@inner
 def columns_into(kinds, axes, coords, mult, M, goal, rules, weight, e, G):
     """Columns G (n, 6) of the Jacobian of the weighted error at the frames M of a chain."""
     for c in range(G.shape[0]):
@@ -47,7 +52,7 @@ def columns_into(kinds, axes, coords, mult, M, goal, rules, weight, e, G):
             store_records(G, coords[i], _add_scaled(*g, *column, mult[i]))
 
 
-@jit
+@inner
 def damped_step(G, e, weight, damping, q, lower, upper, step):
     """Step of least |J step - e|^2 + damping |step|^2 that keeps q + step in the limits: joints that would leave stop
     there, in turn.
@@ -82,7 +87,7 @@ def damped_step(G, e, weight, damping, q, lower, upper, step):
             return
 
 
-@jit
+@inner
 def descend(
     parents, origins, kinds, axes, coords, mult, offs, lower, upper, goal, axis, rules, weight, iterations, tolerance, q,
     M, G, e, tried, trial, step,

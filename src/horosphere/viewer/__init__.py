@@ -9,5 +9,6 @@ from ._robot_view import RobotView as RobotView
 from ._robot_view import rest_posture as rest_posture
 from ._robot_view import robot_html as robot_html
 from ._summary import Summary as Summary
+from ._summary import bound as bound
 from ._summary import goal_error as goal_error
 from ._summary import summarise as summarise

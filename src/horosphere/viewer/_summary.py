@@ -45,7 +45,7 @@ def summarise(
         if getattr(certificate, "allowed", ()):
             rows.append(("Allowed contacts", _some(certificate.allowed)))
         if math.isfinite(getattr(certificate, "self_clearance", math.inf)):
-            rows.append(("Self-clearance", f"at least {1e3 * certificate.self_clearance:.2f} mm"))
+            rows.append(("Self-clearance", f"at least {bound(certificate.self_clearance)}"))
     if measures is not None and measures.clearance is not None:
         lowest = int(np.argmin(measures.clearance))
         rows.append(
@@ -84,7 +84,7 @@ def _verdict(scene: Scene, certificate: Any, solved: bool | None, reason: str, g
         word = "Certified" if solved is None else "Solved and certified"
         if not math.isfinite(certificate.clearance):
             return f"{word}; there is no obstacle to keep clear of"
-        least = f"comes closer than {1e3 * certificate.clearance:.1f} mm to any obstacle"
+        least = f"comes closer than {bound(certificate.clearance, 1)} to any obstacle"
         touching = sum(" may touch " in text and ":" not in text for text in getattr(certificate, "allowed", ()))
         least += f", but for {touching} allowed contact{'s' * (touching > 1)}" if touching else ""
         if any(note.startswith("WITHOUT collision body") for note in getattr(scene.robot, "notes", ())):
@@ -116,11 +116,13 @@ def _clearance(certificate: Any, scene: Scene, certified: bool) -> str:
     if not math.isfinite(value):
         return "nothing to keep clear of" if value > 0 else "none"
     required = f"(required {1e3 * scene.options.clearance:.1f} mm)"
-    return (
-        f"at least {1e3 * value:.2f} mm {required}"
-        if certified
-        else f"not certified; bound {1e3 * value:.2f} mm {required}"
-    )
+    return f"at least {bound(value)} {required}" if certified else f"not certified; bound {bound(value)} {required}"
+
+
+def bound(metres: float, digits: int = 2) -> str:
+    """A lower bound in millimetres, rounded down: what is promised must hold as it is written."""
+    unit = 10.0**digits
+    return f"{math.floor(1e3 * metres * unit + 1e-6) / unit:.{digits}f} mm"
 
 
 def length(metres: float) -> str:
