@@ -79,6 +79,8 @@ OBSTACLES = {
     "{type: points, file: empty.npy}": "'empty.npy' holds no points (leave an empty cloud out)",
     "{type: points, file: nan.npy}": "'nan.npy': point 1 is not finite",
     "{type: mesh, file: nan.obj}": "'nan.obj': vertex 3 is not finite",
+    "{type: mesh, file: nan.ply}": "'nan.ply': vertex 0 is not finite",
+    "{type: points, file: nan.ply}": "'nan.ply': point 0 is not finite",
     "{type: mesh, file: open.stl}": "not watertight: 4 of its edges",
     "{type: mesh, file: hello.stl}": "'hello.stl' holds no triangles",
     "{type: mesh, file: gone.stl}": "file 'gone.stl' does not exist",
@@ -94,6 +96,8 @@ def test_obstacles(obstacle, tmp_path, capsys):
     rows = [f"v {x} {y} {z}" for x, y, z in np.where(np.arange(8)[:, None] == 3, np.nan, box.vertices)]
     (tmp_path / "nan.obj").write_text("\n".join([*rows, *(f"f {a + 1} {b + 1} {c + 1}" for a, b, c in box.faces)]))
     trimesh.Trimesh(box.vertices, box.faces[:-2]).export(tmp_path / "open.stl")
+    nothing = trimesh.Trimesh(np.full((8, 3), np.nan), box.faces, process=False, validate=False)
+    nothing.export(tmp_path / "nan.ply")
     (tmp_path / "hello.stl").write_text("hello")
     (tmp_path / "a.docx").write_text("hello")
     assert main(["plan", scene(tmp_path, f"  - {obstacle}"), "--out", str(tmp_path / "out")]) == 2
@@ -122,7 +126,7 @@ def test_robots_of_scenes(robot, says, tmp_path, capsys):
 
 def test_a_start_in_self_collision_names_the_pair_and_the_depth(tmp_path, capsys):
     assert main(["plan", scene(tmp_path, start="[0, 2.9, 2.9]"), "--out", str(tmp_path / "out"), "--no-report"]) == 1
-    assert "start in collision: link 'b' reaches 101 mm" in capsys.readouterr().out
+    assert "start in collision: link 'b' reaches 101 mm into 'd'" in capsys.readouterr().out
 
 
 def test_a_corrupt_archive(tmp_path, capsys):

@@ -14,6 +14,22 @@ SNAKE = sorted(name for name in build()["snake"] if not name.startswith("-"))
 HEAVY = ("scipy", "numba", "viser", "matplotlib", "trimesh", "pydantic", "yourdfpy")
 
 
+@pytest.mark.parametrize(
+    ("file", "options"),
+    [
+        ("panda_spheres.urdf", ["--tip", "panda_grasptarget"]),
+        ("nao.urdf", ["--base", "torso", "--tip", "l_gripper", "--link-radius", "0.03"]),
+    ],
+)
+def test_a_first_scene_plans_as_it_stands(run, shared_data, tmp_path, file, options):
+    path = tmp_path / "new" / "first.yaml"
+    made = run("robot", shared_data / file, *options, "--scene", path)
+    assert made.code == 0 and "first.yaml" in made.out
+    planned = run("plan", path, "--out", tmp_path / "out", "--no-report", "--time", "0")
+    assert planned.code == 0 and "Solved and certified" in planned.out
+    assert "robot" in path.read_text() and "table" in path.read_text()
+
+
 def test_the_promised_commands_are_there():
     assert {"plan", "check", "show", "field", "robot", "snake", "sweep", "scenes", "warmup"} <= {*COMMANDS, "snake"}
     assert set(SNAKE) == {"growth", "simulate", "steer", "navigate"}

@@ -2,6 +2,7 @@
 
 import dataclasses
 import json
+import re
 import signal
 
 import numpy as np
@@ -231,3 +232,11 @@ def test_time_for_improvement_is_an_option(run, tmp_path):
     assert result.code == 0 and said["options"]["improvement_time"] == 0.2
     assert said["improvement"]["length"] <= said["improvement"]["first_length"]
     assert run("plan", "panda-table", "--time", "-1", "--out", tmp_path).err.count("--time") == 1
+
+
+def test_a_configuration_space_is_measured_in_radians(run, tmp_path):
+    result = run("plan", "rn-fig6-revolute-arm", "--out", tmp_path, "--no-report")
+    assert result.code == 0
+    said = result.out.split("note:")[0]
+    assert re.search(r"closer than [\d.]+ mrad to any obstacle", said) and "required 10.0 mrad" in said
+    assert not re.search(r"\d (mm|m)\b", said), said

@@ -11,6 +11,7 @@ from horosphere.certify import certify
 from horosphere.cli._app import main
 from horosphere.planning import plan
 from horosphere.scenes import Scene, SceneError
+from horosphere.shapes import box_cover
 
 SCENE = """horosphere/scene: 1
 robot: panda
@@ -154,8 +155,11 @@ def test_around_a_mesh_and_a_scan(tmp_path):
     ring.export(tmp_path / "ring.stl")
     np.save(tmp_path / "scan.npy", scan(40_000))
     scene = Scene.load(write(tmp_path, MESH))
-    found = plan(scene)
+    found = plan(scene, method="tree")
     assert found.solved and found.certificate.certified
+    cover = box_cover(scene.obstacles[0])
+    said = f"ring was enclosed in {len(cover.boxes)} boxes, slack at most {cover.slack:.4f} m"
+    assert sum(said in note for note in found.notes) == 1
     dense = found.trajectory.positions
     far = np.min([one.signed_distance(points_on(scene.robot, dense)) for one in scene.obstacles], axis=0)
     assert far.min() > 0.0 and found.certificate.clearance >= 0.01

@@ -133,6 +133,7 @@ def test_a_ball_lives_in_any_dimension():
         (lambda: HalfSpace([0, 0, 0], 1.0), "zero vector"),
         (lambda: Mesh(CUBE, [[0, 1, 8]]), "outside 0 .. 7"),
         (lambda: Mesh(CUBE, [[0.0, 1, 2]]), "integers"),
+        (lambda: Mesh(CUBE, np.zeros((0, 3), int)), "no faces"),
         (lambda: PointCloud(np.zeros((0, 3)), 0.1), "at least one"),
         (lambda: PointCloud(np.zeros((2, 3)), [0.1, -0.1]), ">= 0"),
         (lambda: as_shapes("ball"), "cannot read an obstacle from str.*Ball"),

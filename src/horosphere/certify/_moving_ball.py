@@ -41,7 +41,7 @@ def certify_ball(scene: Scene, positions: Floats, times: Floats | None) -> Certi
         c = ball_clearance(path, robot.radius, obstacle, margin, slack)
         evaluations += c.evaluations
         if c.upper < upper:
-            upper, nearest = c.upper, f"{robot.name} to {name}, {1e3 * c.upper:.2f} mm"
+            upper, nearest = c.upper, f"{robot.name} to {name}, {1e3 * c.upper:.2f} m{getattr(robot, 'unit', 'm')}"
         lower = min(lower, c.lower)
         if c.first is not None:
             segment, fraction, value = c.first

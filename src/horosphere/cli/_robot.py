@@ -28,6 +28,7 @@ def robot(
     pairs: bool = False,
     out_file: Annotated[Path | None, Parameter(name="--out")] = None,
     view: Path | None = None,
+    scene: Path | None = None,
     json: bool = False,
 ) -> int:
     """Shows what horosphere makes of a robot: chain, limits, collision model, closed-form inverse kinematics.
@@ -64,6 +65,8 @@ def robot(
         Write the robot as a file: YAML, which `robot: {file: ...}` of a scene reads, or URDF, with spheres and cylinders.
     view
         Write the collision model as an HTML page to look at (needs the extra `view`). `horosphere show FILE` shows it live.
+    scene
+        Write a first scene for this robot (YAML: start, goal, a table), which `horosphere plan` solves as it stands.
     json
         Print everything as JSON.
     """
@@ -81,6 +84,15 @@ def robot(
             output_folder(out_file.parent)
             robots.save(loaded, out_file)
             data["written"] = str(out_file)
+        if scene is not None:
+            from ..io import output_folder
+            from ..planning import starter_scene
+
+            working.update("looking for a first scene")
+            first = starter_scene(loaded, _as_written(file, {**options, "capsules": capsules}))
+            output_folder(scene.parent)
+            first.save(scene)
+            data["scene"] = str(scene)
         if view is not None:
             from ..io import output_folder, writing
             from ..viewer import robot_html
@@ -113,7 +125,7 @@ def robot(
     ]
     if data["collision"]["static_links"]:
         rows.append(("Stand still", ", ".join(data["collision"]["static_links"])))
-    written = [str(path) for path in (out_file, view) if path is not None]
+    written = [str(path) for path in (out_file, scene, view) if path is not None]
     if written:
         rows.append(("Written", ", ".join(written)))
     out.print_rows(rows)
@@ -122,6 +134,21 @@ def robot(
         _print_pairs(data["collision"]["pairs"])
     out.print_notes(data["notes"])
     return out.DONE
+
+
+def _as_written(file: str, options: dict[str, Any]) -> Any:
+    """The robot as a scene file has it: a name, or a file with the options that are not the usual ones."""
+    path = Path(file)
+    usual = {"collision": "capsules", "tolerance": 0.005, "geometry": "auto"}
+    given = {
+        name: str(value.resolve()) if isinstance(value, Path) else value
+        for name, value in options.items()
+        if value is not None and value != usual.get(name)
+    }
+    if not path.is_file():
+        return {"name": file, **given} if given else file
+    kind = "file" if path.suffix.lower() in (".yaml", ".yml") else "urdf"
+    return {kind: str(path.resolve()), **given}
 
 
 def _pair_counts(pairs: list[dict[str, Any]], checked: int) -> str:

@@ -8,6 +8,7 @@ from ._plan import plan as plan
 _LATER = {  # what needs more than a scene is imported when it is asked for
     "harmonic_field": "_point",
     "connect": "_tree",
+    "starter_scene": "_starter",
     "react": "_reactive",
     "bench_mbm": "_bench",
     "bench_random": "_bench",

@@ -13,6 +13,7 @@ from .. import kinematics
 from ..certify import certify
 from ..errors import InputError
 from ..scenes import Scene, Trajectory
+from ..shapes import Mesh, box_cover
 from ._certified import certified
 from ._clearance import arm
 from ._plan import Plan, Progress
@@ -47,6 +48,13 @@ def plan_in_joints(scene: Scene, start: Floats, goals: Floats, by: str, progress
                 )
     except InputError as error:  # an obstacle that they do not take
         return Plan(scene, False, f"{by}: {error}")
+    for number, shape in enumerate(scene.obstacles):
+        if isinstance(shape, Mesh):
+            cover = box_cover(shape)  # kept since it was made for the search
+            progress.note(
+                f"{by}: {shape.name or f'obstacle {number}'} was enclosed in {len(cover.boxes)} boxes, slack at most "
+                f"{cover.slack:.4f} m; the certificate looks at its triangles"
+            )
     if not found.solved:
         return Plan(scene, False, f"{by}: {found.reason}")
     first = certified(scene, found.waypoints, by, progress, _tool_points(scene, found.waypoints))

@@ -31,7 +31,9 @@ def plan_point(scene: Scene, progress: Progress) -> Plan:
             return Plan(scene, False, str(error))
         path = field.trace(scene.start.position, step=options.path_step)
     if robot.unit == "rad":
-        progress.notes.append("a configuration space: what is given in mm are thousandths of a radian")
+        progress.notes.append(
+            "a configuration space: where a note or a reason says m or mm, read radians or thousandths of them"
+        )
     progress.notes.extend((*field.notes, *path.notes))
     if not path.reached:
         return Plan(scene, False, path.reason, path=path.points)

@@ -56,12 +56,12 @@ def read_mesh(path: Path) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
         vertices, faces = np.asarray(mesh.vertices, np.float64), np.asarray(mesh.faces, np.int64)  # type: ignore[union-attr]
     except Exception as error:
         raise InputError(f"{path.name!r} cannot be read as a mesh: {error}") from None
-    if not len(faces):
-        raise InputError(f"{path.name!r} holds no triangles", remedy="expected an STL, OBJ or PLY file with faces")
     if not np.isfinite(vertices).all():
         raise InputError(
             f"{path.name!r}: vertex {int(np.argwhere(~np.isfinite(vertices))[0, 0])} is not finite", remedy="repair it"
         )
+    if not len(faces):
+        raise InputError(f"{path.name!r} holds no triangles", remedy="expected an STL, OBJ or PLY file with faces")
     return vertices, faces
 
 
@@ -77,7 +77,7 @@ def read_cloud(path: Path) -> NDArray[np.float64]:
         elif suffix == ".ply":
             import trimesh
 
-            points = trimesh.load(path).vertices  # type: ignore[union-attr]
+            points = trimesh.load(path, process=False).vertices  # type: ignore[union-attr]
         else:
             points = _text(path)
         points = np.asarray(points, dtype=np.float64)

@@ -22,7 +22,11 @@ class Mesh(Shape):
     def __post_init__(self) -> None:
         vertices = private(self.vertices, "Mesh.vertices", last=3, ndim=2)
         raw = np.asarray(self.faces)
-        if raw.ndim != 2 or raw.shape[1] != 3 or len(raw) == 0 or not np.issubdtype(raw.dtype, np.integer):
+        if raw.size == 0:
+            raise InputError(
+                "no faces, a mesh has at least one", place="Mesh.faces", remedy="a PointCloud has points only"
+            )
+        if raw.ndim != 2 or raw.shape[1] != 3 or not np.issubdtype(raw.dtype, np.integer):
             raise InputError(f"expected integers of shape (m, 3), got {raw.dtype} {raw.shape}", place="Mesh.faces")
         faces = np.array(raw, dtype=np.int64, order="C")
         if faces.min() < 0 or faces.max() >= len(vertices):

@@ -18,11 +18,11 @@ COLORS = ("#1f5a99", "#d6663a", "#2e9f52", "#8a4fb0", "#b8962e", "#2aa3a8", "#c0
 def plots(scene: Scene, measures: Measures) -> dict[str, str]:
     """SVG texts by title: clearance, distance to the goal, joints (or coordinates); what cannot be measured is left out."""
     result = {}
-    required = scene.options.clearance
+    required, unit = scene.options.clearance, getattr(scene.robot, "unit", "m")
     if measures.clearance is not None:
-        result["Clearance"] = _clearance(measures, required)
+        result["Clearance"] = _clearance(measures, required, unit)
     if measures.to_goal is not None:
-        result["Distance to the goal"] = _to_goal(measures)
+        result["Distance to the goal"] = _to_goal(measures, unit)
     result[_coordinates(scene)[0]] = _joints(scene, measures)
     if measures.singularity is not None:
         result["Singularity measure"] = _singularity(measures)
@@ -67,7 +67,7 @@ def _svg(figure: Any) -> str:
     return re.sub(r'(\sid="|url\(#|href="#)', rf"\1{figure._horosphere_salt}-", text)
 
 
-def _clearance(m: Measures, required: float) -> str:
+def _clearance(m: Measures, required: float, unit: str) -> str:
     figure, axes = _figure("clearance")
     assert m.clearance is not None
     axes.plot(m.time, 1e3 * m.clearance, color=COLORS[0], linewidth=1.8, label="robot to obstacles")
@@ -77,17 +77,17 @@ def _clearance(m: Measures, required: float) -> str:
     axes.plot(m.time[lowest], 1e3 * m.clearance[lowest], "o", color=COLORS[0], markersize=5)
     low, high = min(0.0, float(m.clearance.min())), max(required, float(m.clearance.max()))
     axes.set_ylim(1e3 * (low - 0.06 * (high - low)), 1e3 * (high + 0.06 * (high - low)))
-    axes.set_ylabel("clearance [mm]")
+    axes.set_ylabel(f"clearance [m{unit}]")
     axes.legend(frameon=False, fontsize=8, loc="best")
     return _svg(figure)
 
 
-def _to_goal(m: Measures) -> str:
+def _to_goal(m: Measures, unit: str) -> str:
     figure, axes = _figure("goal")
     assert m.to_goal is not None
     axes.plot(m.time, m.to_goal, color=COLORS[0], linewidth=1.8)
     axes.set_ylim(bottom=min(0.0, float(m.to_goal.min())))
-    axes.set_ylabel("distance [m]")
+    axes.set_ylabel(f"distance [{unit}]")
     return _svg(figure)
 
 
@@ -114,7 +114,8 @@ def _coordinates(scene: Scene) -> tuple[str, list[str], list[bool]]:
     if not hasattr(robot, "joint_names"):
         kind = type(robot).__name__
         if kind == "PointRobot":
-            return "Coordinates", [f"x{j + 1}" for j in range(robot.dimension)], [False] * robot.dimension
+            names = [f"x{j + 1}" for j in range(robot.dimension)]
+            return "Coordinates", names, [robot.unit == "rad"] * robot.dimension
         if kind == "UnicycleRobot":
             return "Coordinates", ["x", "y", "heading"], [False, False, True]
         names = ["x", "y", "theta", *(f"Phi{j + 1}" for j in range(robot.links - 1))]

@@ -38,6 +38,7 @@ def summarise(
     certified = bool(getattr(certificate, "certified", False))
     good = certified if solved is None else bool(solved) and (certificate is None or certified)
     rows: list[tuple[str, str]] = []
+    unit = getattr(scene.robot, "unit", "m")
     if certificate is not None:
         rows.append(("Certified clearance", _clearance(certificate, scene, certified)))
         if getattr(certificate, "nearest", ""):
@@ -49,12 +50,12 @@ def summarise(
     if measures is not None and measures.clearance is not None:
         lowest = int(np.argmin(measures.clearance))
         rows.append(
-            ("Least clearance seen", f"{1e3 * measures.clearance[lowest]:.2f} mm at {measures.time[lowest]:.2f} s")
+            ("Least clearance seen", f"{1e3 * measures.clearance[lowest]:.2f} m{unit} at {measures.time[lowest]:.2f} s")
         )
     error = goal_error(measures)
     if error is not None:
         angle = getattr(certificate, "goal_angle_error", None)
-        rows.append(("Goal error", length(error) + (f", {math.degrees(angle):.1e} degrees" if angle else "")))
+        rows.append(("Goal error", length(error, unit) + (f", {math.degrees(angle):.1e} degrees" if angle else "")))
     if trajectory is not None:
         rows.append(("Largest step", _step(scene, trajectory)))
         rows.append(("Duration", f"{trajectory.duration:.2f} s, {len(trajectory)} waypoints"))
@@ -84,7 +85,8 @@ def _verdict(scene: Scene, certificate: Any, solved: bool | None, reason: str, g
         word = "Certified" if solved is None else "Solved and certified"
         if not math.isfinite(certificate.clearance):
             return f"{word}; there is no obstacle to keep clear of"
-        least = f"comes closer than {bound(certificate.clearance, 1)} to any obstacle"
+        unit = getattr(scene.robot, "unit", "m")
+        least = f"comes closer than {bound(certificate.clearance, 1, unit)} to any obstacle"
         touching = sum(" may touch " in text and ":" not in text for text in getattr(certificate, "allowed", ()))
         least += f", but for {touching} allowed contact{'s' * (touching > 1)}" if touching else ""
         if any(note.startswith("WITHOUT collision body") for note in getattr(scene.robot, "notes", ())):
@@ -95,7 +97,7 @@ def _verdict(scene: Scene, certificate: Any, solved: bool | None, reason: str, g
     violation = first_violation(certificate)
     if solved is None:
         worst = float(getattr(certificate, "clearance_seen", math.inf))
-        inside = f"; at worst {-1e3 * worst:.1f} mm inside" if worst < 0.0 else ""
+        inside = f"; at worst {-1e3 * worst:.1f} m{getattr(scene.robot, 'unit', 'm')} inside" if worst < 0.0 else ""
         return f"Not certified: {violation or reason or 'no certificate'}{inside}"
     if solved:
         return f"Reached, but not certified: {violation or reason}"
@@ -115,21 +117,23 @@ def _clearance(certificate: Any, scene: Scene, certified: bool) -> str:
     value = float(certificate.clearance)
     if not math.isfinite(value):
         return "nothing to keep clear of" if value > 0 else "none"
-    required = f"(required {1e3 * scene.options.clearance:.1f} mm)"
-    return f"at least {bound(value)} {required}" if certified else f"not certified; bound {bound(value)} {required}"
+    unit = getattr(scene.robot, "unit", "m")
+    least = bound(value, unit=unit)
+    required = f"(required {1e3 * scene.options.clearance:.1f} m{unit})"
+    return f"at least {least} {required}" if certified else f"not certified; bound {least} {required}"
 
 
-def bound(metres: float, digits: int = 2) -> str:
-    """A lower bound in millimetres, rounded down: what is promised must hold as it is written."""
-    unit = 10.0**digits
-    return f"{math.floor(1e3 * metres * unit + 1e-6) / unit:.{digits}f} mm"
+def bound(value: float, digits: int = 2, unit: str = "m") -> str:
+    """A lower bound in thousandths of the unit, rounded down: what is promised must hold as it is written."""
+    scale = 10.0**digits
+    return f"{math.floor(1e3 * value * scale + 1e-6) / scale:.{digits}f} m{unit}"
 
 
-def length(metres: float) -> str:
-    """A length with a unit that suits it."""
-    if metres >= 1.0 or metres == 0.0:
-        return f"{metres:.3f} m" if metres else "0 m"
-    return f"{1e3 * metres:.2f} mm" if metres >= 1e-5 else f"{metres:.1e} m"
+def length(value: float, unit: str = "m") -> str:
+    """A length (m, or rad in a configuration space) with a unit that suits it."""
+    if value >= 1.0 or value == 0.0:
+        return f"{value:.3f} {unit}" if value else f"0 {unit}"
+    return f"{1e3 * value:.2f} m{unit}" if value >= 1e-5 else f"{value:.1e} {unit}"
 
 
 def _seconds(value: float) -> str:
@@ -141,7 +145,7 @@ def _step(scene: Scene, trajectory: Trajectory) -> str:
     j = int(np.argmax(steps))
     robot: Any = scene.robot
     if isinstance(robot, PointRobot):
-        return f"{length(float(steps[j]))} between waypoints"
+        return f"{length(float(steps[j]), robot.unit)} between waypoints"
     if not hasattr(robot, "joint_names"):
         return f"{steps[j]:.4g} m or rad between waypoints"
     sliding = {link.coordinate for link in robot.links if link.kind == "prismatic"}
@@ -157,7 +161,8 @@ def _robot(scene: Scene) -> str:
     if type(robot).__name__ == "SnakeRobot":
         return f"snake of {robot.links} links"
     if type(robot).__name__ == "PointRobot":
-        return f"ball of radius {robot.radius:g} m in R^{robot.dimension}"
+        space = f"R^{robot.dimension}" if robot.unit == "m" else f"a configuration space of {robot.dimension} angles"
+        return f"ball of radius {robot.radius:g} {robot.unit} in {space}"
     return f"unicycle of radius {robot.radius:g} m"
 
 

@@ -1,0 +1,61 @@
+"""A first scene for a robot: a free start, a goal and a table, which plans as it stands."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import InputError
+from ..robots import Robot
+from ..robots._placement import link_frames, move_points
+from ..scenes import JointTarget, Options, Scene
+from ..scenes._scene import Origin
+from ..shapes import Box
+from ._plan import plan
+
+Floats = NDArray[np.float64]
+_TRIES = 30
+_ROOM = 0.05  # metres between the table and the lowest body at start and goal
+
+
+def starter_scene(robot: Robot, written: Any, seed: int = 0) -> Scene:
+    """Start and goal drawn from the middle half of the joint ranges, a table under both; planned once, so it is known to plan.
+
+    `written`: the robot as the scene file shall have it. Raises InputError where the robot has no body or nothing is found.
+    """
+    moving = ~robot.static_bodies
+    if not moving.any():
+        raise InputError(
+            f"robot {robot.name!r} has no collision body that moves", remedy="give a capsule file or a link radius"
+        )
+    rng = np.random.default_rng(seed)
+    lower, upper = (np.asarray(np.clip(x, -np.pi, np.pi), np.float64) for x in (robot.limits.lower, robot.limits.upper))
+    quarter = 0.25 * (upper - lower)
+    for _ in range(_TRIES):
+        q = np.round(rng.uniform(lower + quarter, upper - quarter, (2, robot.n_joints)), 3)
+        scene = Scene(
+            robot, JointTarget(q[0]), JointTarget(q[1]), [_table(robot, q, moving)], name="first",
+            description=f"A first scene for {robot.name}, made by `horosphere robot --scene`: change it to what you have.",
+            options=Options(clearance=0.01), origin=Origin(robot=written),
+        )  # fmt: skip
+        if plan(scene, improvement_time=0.0, time_limit=2.0).solved:
+            return scene
+    raise InputError(
+        f"no scene of {_TRIES} could be planned for robot {robot.name!r}",
+        remedy="look at its collision model with --view",
+    )
+
+
+def _table(robot: Robot, q: Floats, moving: NDArray[np.bool_]) -> Box:
+    """Its top lies below all that moves, at both ends; it is as wide as the bodies spread."""
+    caps, ends = robot.capsules, []
+    for one in q:
+        frames = link_frames(robot.links, one)[caps.link[moving]]
+        ends += [move_points(frames, caps.a[moving]), move_points(frames, caps.b[moving])]
+    points, radius = np.concatenate(ends), float(caps.radius[moving].max())
+    half = np.append(0.5 * np.ptp(points[:, :2], axis=0) + radius, 0.02)
+    middle: Floats = np.asarray(0.5 * (points.min(axis=0) + points.max(axis=0)), np.float64)
+    top = points[:, 2].min() - radius - _ROOM
+    return Box(np.round([middle[0], middle[1], top - half[2]], 3), np.round(half, 3), np.eye(3), name="table")
