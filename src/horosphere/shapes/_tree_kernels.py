@@ -18,7 +18,9 @@ import numpy as np
 from ..kernels import jit
 from ._segment_kernels import clamp, closest_parameters, inner, unit_normal_to
 
-allocating = partial(jit, _nrt=True, no_cpython_wrapper=True, no_cfunc_wrapper=True)  # as `inner`, with arrays of its own
+allocating = partial(
+    jit, _nrt=True, no_cpython_wrapper=True, no_cfunc_wrapper=True
+)  # as `inner`, with arrays of its own
 
 DEPTH = 64
 SAMPLES = 33
