@@ -23,7 +23,7 @@ def robot(
     group: str | None = None,
     collision: Literal["capsules", "spheres"] = "capsules",
     budget: int | None = None,
-    tolerance: float = 0.005,
+    tolerance: float | None = None,
     geometry: Literal["auto", "collision", "visual"] = "auto",
     pairs: bool = False,
     out_file: Annotated[Path | None, Parameter(name="--out")] = None,
@@ -54,9 +54,9 @@ def robot(
     collision
         What meshes are covered by.
     budget
-        At most so many bodies round the meshes of a link: 4 capsules or 16 spheres by default.
+        At most so many bodies round the meshes of a link: 16 capsules or 32 spheres by default.
     tolerance
-        Metres; no more bodies than keep them from standing out of the meshes further than this.
+        Metres; no more bodies than keep them from standing out of the meshes further than this: 0.02, or a fifth of a small link.
     geometry
         What is covered: `auto` is the collision geometry, and the visual one where that is missing.
     pairs

@@ -27,7 +27,7 @@ def attach(
     allowed: Iterable[str] = (),
     collision: str = "capsules",
     budget: int | None = None,
-    tolerance: float = 0.005,
+    tolerance: float | None = None,
 ) -> Robot:
     """The robot holding an object: a link of its own with the object's bodies, fixed to `link` (default: the tip).
 
@@ -159,7 +159,11 @@ def _bodies_of(shape: Shape, options: CoverOptions) -> list[Body]:
         return [Body(shape.center, shape.center, shape.radius, "sphere, exact")]
     if isinstance(shape, Capsule):
         body = Body(shape.a, shape.b, shape.radius, "capsule, exact")
-        return [body] if options.kind == "capsules" else _bodies.as_balls(body, options.most, options.tolerance)
+        return (
+            [body]
+            if options.kind == "capsules"
+            else _bodies.as_balls(body, options.most, options.tolerance_for(2.0 * shape.radius))
+        )
     if isinstance(shape, Cylinder) and options.kind == "capsules":
         u = shape.b - shape.a
         body = _bodies.from_cylinder(shape.radius, float(np.linalg.norm(u)))[0]

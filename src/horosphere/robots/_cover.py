@@ -11,12 +11,15 @@ import numpy as np
 from ..errors import InputError
 from . import _bodies, _placement
 from ._bodies import Body, Floats
+from ._kept import kept
 from ._meshes import read_triangles
 from ._urdf import Shape, Urdf
 
 Kind = Literal["capsules", "spheres"]
 Source = Literal["auto", "collision", "visual"]
-BUDGETS = {"capsules": 4, "spheres": 16}
+BUDGETS = {"capsules": 16, "spheres": 32}
+TOLERANCE = 0.02
+"""Metres; the default for geometry of five times that size and more, a fifth of the size for smaller one."""
 SIDES = 32
 
 
@@ -26,7 +29,7 @@ class CoverOptions:
 
     kind: Kind = "capsules"
     budget: int | None = None
-    tolerance: float = 0.005
+    tolerance: float | None = None
     geometry: Source = "auto"
     seed: int = 0
 
@@ -41,13 +44,17 @@ class CoverOptions:
             isinstance(self.budget, bool) or int(self.budget) != self.budget or self.budget < 1
         ):
             raise InputError(f"expected a number of bodies >= 1, got {self.budget!r}", place="budget")
-        if not (np.isfinite(self.tolerance) and self.tolerance > 0.0):
+        if self.tolerance is not None and not (np.isfinite(self.tolerance) and self.tolerance > 0.0):
             raise InputError(f"expected a length > 0 in metres, got {self.tolerance!r}", place="tolerance")
 
     @property
     def most(self) -> int:
         """Bodies a link, at most."""
         return BUDGETS[self.kind] if self.budget is None else int(self.budget)
+
+    def tolerance_for(self, size: float) -> float:
+        """Slack (m) at which geometry of this size (m, its longest side) is covered well enough."""
+        return min(TOLERANCE, 0.2 * size) if self.tolerance is None else float(self.tolerance)
 
 
 @dataclass(slots=True)
@@ -107,7 +114,7 @@ def _cover(
     if soup:
         triangles = np.concatenate(soup)
         what = f"mesh of {len(triangles)} triangles" if meshes else "primitives"
-        covered, result.slack = cover_triangles(triangles, options)
+        covered, result.slack = kept(triangles, repr(options), lambda: cover_triangles(triangles, options))
         result.triangles = len(triangles)
         for body in covered:
             note = f"{'visual ' if visual else ''}{what}, slack at most {result.slack:.4f} m"
@@ -117,12 +124,12 @@ def _cover(
 
 def cover_triangles(triangles: Floats, options: CoverOptions) -> tuple[list[Body], float]:
     """Bodies that hold triangles (t, 3, 3) and what they enclose, and how far they stand out at most (m)."""
-    from ._ball_cover import cover_by_balls
-    from ._capsule_cover import cover_by_capsules
+    from ._fit import cover_solid
     from ._solid import make_solid
 
-    cover = cover_by_balls if options.kind == "spheres" else cover_by_capsules
-    return cover(make_solid(triangles), options.most, options.tolerance, options.seed)
+    tolerance = max(options.tolerance_for(float(np.ptp(triangles.reshape(-1, 3), axis=0).max())), 1e-6)
+    solid = make_solid(triangles, tolerance)
+    return cover_solid(solid, options.most, tolerance, capsules=options.kind == "capsules", seed=options.seed)
 
 
 def _read(path: Path, shape: Shape, files: dict[str, Floats | str]) -> Floats | str:
@@ -142,7 +149,11 @@ def _primitive(shape: Shape, options: CoverOptions) -> list[Body]:
         radius, length = shape.sizes
         end = np.array([0.0, 0.0, 0.5 * length])
         body = Body(-end, end, radius, "capsule, exact")
-        return [body] if options.kind == "capsules" else _bodies.as_balls(body, options.most, options.tolerance)
+        return (
+            [body]
+            if options.kind == "capsules"
+            else _bodies.as_balls(body, options.most, options.tolerance_for(2.0 * radius))
+        )
     if shape.kind == "cylinder":
         return _bodies.from_cylinder(*shape.sizes)
     return _bodies.from_box(np.array(shape.sizes))

@@ -40,7 +40,7 @@ def load(
     group: str | None = None,
     collision: Literal["capsules", "spheres"] = "capsules",
     budget: int | None = None,
-    tolerance: float = 0.005,
+    tolerance: float | None = None,
     geometry: Literal["auto", "collision", "visual"] = "auto",
     progress: Callable[[str], None] | None = None,
 ) -> Robot:
@@ -50,8 +50,9 @@ def load(
     leaf). Joints beside that chain are locked at zero, or at the limit nearest to it; a joint that mimics one of the chain moves
     with it. `locked`: joints of the chain to lock, with their values (rad, m).
     srdf: a MoveIt SRDF; the pairs of links that it disables are not checked against each other.
-    collision, budget, tolerance: geometry is covered by capsules (at most 4 round the meshes of a link, or `budget`) or by
-    spheres (16), no more than a slack of `tolerance` (m) needs. It lies inside them. `geometry`: which of the URDF's is covered;
+    collision, budget, tolerance: geometry is covered by capsules (at most 16 round the meshes of a link, or `budget`) or by
+    spheres (32), no more than a slack of `tolerance` (m; 2 cm, or a fifth of the size of small
+    links) needs. It lies inside them. `geometry`: which of the URDF's is covered;
     "auto" is collision, and visual for links that have no collision geometry or whose collision meshes cannot be read.
     capsules: a capsule file, or a mapping like its `links`; it replaces the bodies of the links it names. link_radius
     (m): capsules of this radius along the joint-to-joint segments of those links of the chain that have no collision
@@ -178,7 +179,11 @@ def _with_bodies(
     for k in range(len(caps)):
         body = Body(caps.a[k], caps.b[k], float(caps.radius[k]), caps.note[k])
         found = bodies[robot.link_names[caps.link[k]]]
-        found += [body] if options.kind == "capsules" else as_balls(body, options.most, options.tolerance)
+        found += (
+            [body]
+            if options.kind == "capsules"
+            else as_balls(body, options.most, options.tolerance_for(2.0 * body.radius))
+        )
     given = {} if capsules is None else read_capsules(capsules, robot.links, robot.tip, robot.tool)
     notes = [note for note in robot.notes if "checked" not in note]
     if options.kind == "spheres":

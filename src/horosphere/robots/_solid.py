@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
-CELLS = 40_000
+CELLS = 120_000
 """Cells of the grid over the box of a mesh, about."""
-PIECES = 1_500
+PIECES = 6_000
 """Most pieces of the surface."""
-POINTS = 25_000
-"""Above so many points, crowded pieces are replaced by the corners of their boxes."""
+DEEP = 2.5
+"""Cells from the surface where large boxes will do."""
 FINE = 1.7
 """Longest edge, in cells, of the triangles that mark the grid with their corners and the middles of their edges: no point of one
 is half a cell from all of these, so a walk from cell to cell through their faces cannot slip through the surface."""
@@ -30,17 +30,20 @@ class Solid:
     one. Enclosed is what cannot be reached from outside through the faces of cells without surface: voids, and pockets with an
     opening narrower than about two cells, count as solid.
 
-    Attributes: `points` (p, 3) of the pieces in turn, `starts` (k,) first point of each; `inside` (c, 3) centres of enclosed
+    Attributes: `points` (p, 3) of the pieces in turn, `starts` (k,) first point of each; `leading`: how many come before
+    the boxes next to the surface, which are nearly always held with it; `inside` (c, 3) centres of enclosed
     cells; `vertices` (v, 3) on the surface; `cell` (m) side of the fine grid.
     """
 
     points: Floats
     starts: Integers
+    leading: int
     inside: Floats
     vertices: Floats
     cell: float
     _origin: Floats
     _enclosed: NDArray[np.bool_]
+    _rough: Floats
     _tree: Any
     _outer: Any
 
@@ -54,19 +57,26 @@ class Solid:
         known = ((index >= 0) & (index < self._enclosed.shape)).all(axis=1)
         deep = np.zeros(len(x), bool)
         deep[known] = self._enclosed[tuple(index[known].T)]
-        result = -self._tree.query(x)[0]
+        result = np.empty(len(x))
+        result[~deep] = -self._tree.query(x[~deep])[0]
         if deep.any():
             reach = self._outer.query(x[deep])[0]
             result[deep] = np.sqrt(np.maximum(reach**2 - (FINE * self.cell) ** 2 / 3.0, 0.0))
         return result
 
+    def rough_depth(self, x: Floats) -> Floats:
+        """Depth (m,) of points (m, 3) to within about a cell, negative outside: fast, and no bound."""
+        from scipy.ndimage import map_coordinates
+
+        place = (x - self._origin) / self.cell - 0.5
+        return np.asarray(map_coordinates(self._rough, place.T, order=1, mode="nearest"))
+
     def deepest(self) -> Floats:
         """Centres (m, 3) of the enclosed cells that no neighbour lies deeper than, deepest first."""
-        from scipy.ndimage import distance_transform_edt, maximum_filter
+        from scipy.ndimage import maximum_filter
 
-        depth = np.asarray(distance_transform_edt(self._enclosed))
-        best = np.argwhere(self._enclosed & (depth >= maximum_filter(depth, size=3)))
-        order = np.argsort(-depth[tuple(best.T)], kind="stable")
+        best = np.argwhere(self._enclosed & (self._rough >= maximum_filter(self._rough, size=3)))
+        order = np.argsort(-self._rough[tuple(best.T)], kind="stable")
         return self._origin + (best[order] + 0.5) * self.cell
 
     def most(self, values: Floats) -> Floats:
@@ -84,15 +94,18 @@ class Solid:
         return self.points[np.repeat(pieces, counts)]
 
 
-def make_solid(triangles: Floats) -> Solid:
-    """From the corners (t, 3, 3) of triangles, in any order and orientation, watertight or not."""
-    from scipy.ndimage import binary_dilation, label
+def make_solid(triangles: Floats, tolerance: float = 0.0) -> Solid:
+    """From the corners (t, 3, 3) of triangles, in any order and orientation, watertight or not; its cells need be no finer than a
+    fifth of `tolerance` (m)."""
+    from scipy.ndimage import binary_dilation, distance_transform_edt, label
     from scipy.spatial import cKDTree
 
     low, high = triangles.min(axis=(0, 1)), triangles.max(axis=(0, 1))
     size = high - low
     longest = max(float(size.max()), 1e-6)
-    cell = max(float(np.prod(np.maximum(size, 0.02 * longest)) / CELLS) ** (1.0 / 3.0), longest / 250.0)
+    cell = max(
+        float(np.prod(np.maximum(size, 0.02 * longest)) / CELLS) ** (1.0 / 3.0), longest / 250.0, 0.2 * tolerance
+    )
     fine = split(triangles, FINE * cell)
     origin = low - 1.5 * cell
     shape = tuple(np.ceil((high - origin) / cell).astype(int) + 2)
@@ -101,18 +114,32 @@ def make_solid(triangles: Floats) -> Solid:
         surface[tuple(np.floor((marks.reshape(-1, 3) - origin) / cell).astype(np.int64).T)] = True
     regions = np.asarray(label(~surface)[0])  # type: ignore[index]
     outside = regions == regions[0, 0, 0]
-    enclosed = ~(outside | surface)
+    # surfaces may lie inside: shells that overlap, parts within parts
+    enclosed = ~(outside | surface & np.asarray(binary_dilation(outside, np.ones((3, 3, 3), bool)), bool))
     vertices = fine.reshape(-1, 3)[distinct(fine.reshape(-1, 3))[0]]
     index = tuple(np.floor((vertices - origin) / cell).astype(np.int64).T)
     # of a triangle that has a part in a cell beside an outside one, all corners are within three cells of that one
     near = np.asarray(binary_dilation(outside, np.ones((3, 3, 3), bool), iterations=3), bool)
     outer = vertices[near[index]]
     inside = origin + (np.argwhere(enclosed) + 0.5) * cell
-    coarse = 2.0 * cell
+    coarse = cell
     while len(np.unique(_keys(vertices, coarse))) > PIECES:
         coarse *= 1.25
-    points, starts = _pieces(split(triangles, coarse), inside, cell, coarse)
-    return Solid(points, starts, inside, vertices, cell, origin, enclosed, cKDTree(vertices), cKDTree(outer))
+    rough = cell * np.where(
+        enclosed,
+        np.asarray(distance_transform_edt(enclosed)) - 0.5,
+        0.5 - np.asarray(distance_transform_edt(~enclosed)),
+    )
+    sets = [_surface_pieces(split(triangles, 0.6 * coarse), coarse)]
+    deep = rough[enclosed] > DEEP * cell
+    sets += [_boxes(inside[own], cell, side * cell) for own, side in ((deep, 3.0), (~deep, 2.0)) if own.any()]
+    points = np.ascontiguousarray(np.concatenate([found for found, _ in sets]))
+    counts = np.concatenate([count for _, count in sets])
+    starts = np.concatenate([[0], np.cumsum(counts)[:-1]]).astype(np.int64)
+    leading = len(sets[0][1]) + (len(sets[1][1]) if deep.any() else 0)
+    return Solid(
+        points, starts, leading, inside, vertices, cell, origin, enclosed, rough, cKDTree(vertices), cKDTree(outer)
+    )
 
 
 def split(triangles: Floats, longest: float) -> Floats:
@@ -131,8 +158,9 @@ def split(triangles: Floats, longest: float) -> Floats:
     return np.concatenate(done)
 
 
-def _pieces(triangles: Floats, inside: Floats, cell: float, coarse: float) -> tuple[Floats, Integers]:
-    """Points of the pieces one after the other, and where each starts."""
+def _surface_pieces(triangles: Floats, coarse: float) -> tuple[Floats, Integers]:
+    """Points of the pieces of the surface one after the other, and how many each has: the corners of its triangles, or, of
+    those with more than eight, the corners of the smaller of two boxes round them, along the frame or their principal axes."""
     corners = triangles.reshape(-1, 3)
     representative, number = distinct(corners)
     place = np.unique(_keys(triangles.mean(axis=1), coarse), return_inverse=True)[1]
@@ -140,19 +168,35 @@ def _pieces(triangles: Floats, inside: Floats, cell: float, coarse: float) -> tu
     points = corners[representative[both % len(representative)]]
     starts = _first_of_equal(both // len(representative))
     counts = np.diff(np.append(starts, len(points)))
-    if len(points) > POINTS:
-        low, high = (f.reduceat(points, starts, axis=0) for f in (np.minimum, np.maximum))
-        crowded = counts > 8
-        points = np.concatenate([points[np.repeat(~crowded, counts)], _corners(low[crowded], high[crowded])])
-        counts = np.concatenate([counts[~crowded], np.full(int(crowded.sum()), 8)])
-    if len(inside):
-        place = _keys(inside, coarse)
-        order = np.argsort(place, kind="stable")
-        first = _first_of_equal(place[order])
-        low, high = (f.reduceat(inside[order], first, axis=0) for f in (np.minimum, np.maximum))
-        points = np.concatenate([points, _corners(low - 0.5 * cell, high + 0.5 * cell)])
-        counts = np.concatenate([counts, np.full(len(first), 8)])
-    return np.ascontiguousarray(points), np.concatenate([[0], np.cumsum(counts)[:-1]]).astype(np.int64)
+    crowded = counts > 8
+    if not crowded.any():
+        return points, counts
+    few, many = points[np.repeat(~crowded, counts)], points[np.repeat(crowded, counts)]
+    sizes = counts[crowded]
+    starts = np.concatenate([[0], np.cumsum(sizes)[:-1]])
+    middles = np.add.reduceat(many, starts) / sizes[:, None]
+    offset = many - np.repeat(middles, sizes, axis=0)
+    spread = np.add.reduceat(offset[:, :, None] * offset[:, None, :], starts)
+    turns = np.linalg.eigh(spread)[1]
+    found, diagonals = [], []
+    for frames in (np.broadcast_to(np.eye(3), turns.shape), turns):
+        inside = np.einsum("ni,nij->nj", offset, np.repeat(frames, sizes, axis=0))
+        low, high = (f.reduceat(inside, starts, axis=0) for f in (np.minimum, np.maximum))
+        grain = 1e-12 + 1e-12 * np.abs(middles).max()  # the turns round
+        box = _corners(low - grain, high + grain).reshape(-1, 8, 3)
+        found.append(np.einsum("kcj,kij->kci", box, frames) + middles[:, None])
+        diagonals.append(np.linalg.norm(high - low, axis=1))
+    boxes = np.where((diagonals[1] < diagonals[0])[:, None, None], found[1], found[0])
+    return np.concatenate([few, boxes.reshape(-1, 3)]), np.concatenate([counts[~crowded], np.full(len(sizes), 8)])
+
+
+def _boxes(centres: Floats, cell: float, side: float) -> tuple[Floats, Integers]:
+    """Corners of boxes over cells with these centres, one for each cell of a grid of this side, and their counts."""
+    place = _keys(centres, side)
+    order = np.argsort(place, kind="stable")
+    first = _first_of_equal(place[order])
+    low, high = (f.reduceat(centres[order], first, axis=0) for f in (np.minimum, np.maximum))
+    return _corners(low - 0.5 * cell, high + 0.5 * cell), np.full(len(first), 8)
 
 
 def distinct(points: Floats) -> tuple[Integers, Integers]:
