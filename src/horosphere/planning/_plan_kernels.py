@@ -68,7 +68,7 @@ def plan(packet, stage):
     pause = time + SLICE
     if stage == PACK:
         call_compiled(packet[PACK_SCENE], (packet,))
-        time = lap(packet, progress, PACKING, time)
+        time = lap(packet, progress, np.int64(PACKING), time)
     clearance, self_clearance, slack = settings[CLEARANCE], settings[SELF_CLEARANCE], settings[SLACK]
     if stage == CHECK:
         margin, self_margin = clearance + rungs[0, 0] + slack, self_clearance + rungs[0, 1] + 2.0 * slack
@@ -86,7 +86,7 @@ def plan(packet, stage):
                 arguments = packet, progress[GOALS], np.int64(CHUNK), how, margin, self_margin
                 count = call_compiled(packet[GROW_TREES], arguments)
                 progress[DONE] += CHUNK
-                time = lap(packet, progress, GROWING, time)
+                time = lap(packet, progress, np.int64(GROWING), time)
                 if count != 0 or progress[DONE] >= rungs[rung, 2] or time > progress[DEADLINE]:
                     break
                 if time > pause:
@@ -100,7 +100,7 @@ def plan(packet, stage):
         if progress[SHORTEN] and rungs[rung, 3] != CERTIFIED and count > 2:
             arguments = packet, count, np.int64(ROUNDS), np.int64(TRIES), LEAST_GAIN, margin, self_margin
             count = call_compiled(packet[SIMPLIFY], arguments)
-            time = lap(packet, progress, SIMPLIFYING, time)
+            time = lap(packet, progress, np.int64(SIMPLIFYING), time)
         halves = np.int64(1 if extra > 0.0 else 0)
         while halves >= 0:
             part = 0.5 * halves * extra
@@ -108,7 +108,7 @@ def plan(packet, stage):
             if call_compiled(packet[CERTIFY], (packet, np.int64(0), count, margin, self_margin)) < 0:
                 break
             halves -= 1
-        time = lap(packet, progress, CERTIFYING, time)
+        time = lap(packet, progress, np.int64(CERTIFYING), time)
         if halves >= 0:
             progress[HALVES] = halves
             return count

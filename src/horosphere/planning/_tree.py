@@ -120,8 +120,10 @@ class Search:
 
     def inside(self) -> list[int] | str:
         """The goals within the limits, or what is wrong."""
-        limits, goals = self.robot.limits, self.goals
-        low, high = limits.lower - LIMIT_SLACK, limits.upper + LIMIT_SLACK
+        limits, goals, memo = self.robot.limits, self.goals, self.robot.memo
+        if "planning limits" not in memo:
+            memo["planning limits"] = limits.lower - LIMIT_SLACK, limits.upper + LIMIT_SLACK
+        low, high = memo["planning limits"]
         if (
             ((self.start >= low) & (self.start <= high)).all()
             and ((goals >= low) & (goals <= high)).all()

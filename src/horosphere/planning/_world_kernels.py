@@ -120,14 +120,15 @@ def _square_of(row, x, y, z):
 def sort_solids(m, margin, scene, world):
     """Fills `world` from the first m solids of the scene; returns the largest coordinate that matters.
 
-    scene = (rows, root, spans, allowed, near, kinds, order, count)
+        scene = (rows, root, spans, allowed, near, kinds, order, count)
 
-    rows (m, 16), in float64, overwritten: kind, centre, three axes (rows; of a capsule, cylinder or half-space the first
-    only), three sizes (box: half sizes; ellipsoid: semi-axes; capsule, cylinder: half length, radius; half-space: distance).
-    `root` (3,): a point that does not move; spans (C,): no point of body c is ever further from it. Solids further than every span are dropped.
-    allowed (C, m) or empty: body c may touch solid i; such solids come first, and `reach` gets their bits (of the first 63
-    of a kind; others are kept clear of).
-    `count` (5,): how many there are in each list; near, kinds, order (m,): working memory.
+        rows (m, 16), in float64, overwritten: kind, centre, three axes (rows; of a capsule, cylinder or half-space the first
+        only), three sizes (box: half sizes; ellipsoid: semi-axes; capsule, cylinder: half length, radius; half-space: distance).
+        root (3,): a point that does not move; spans (C,): no point of body c is ever further from it. Solids further than every
+    span are dropped.
+        allowed (C, m) or empty: body c may touch solid i; such solids come first, and `reach` gets their bits (of the first 63
+        of a kind; others are kept clear of).
+        `count` (5,): how many there are in each list; near, kinds, order (m,): working memory.
     """
     rows, root, spans, allowed, near, kinds, order, count = scene
     upright, boxes, cylinders, capsules, ellipsoids, reach = world
