@@ -199,7 +199,8 @@ def test_bad_files_of_obstacles(tmp_path):
     found = problems(tmp_path, text)
     assert [line.split(":")[0] for line in found] == ["7", "8", "9", "10", "11"]
     for line, words in zip(
-        found, ("shape", "read as a mesh|no triangles", "point 1 is not finite", "valid: .stl", "does not exist")
+        found,
+        ("holds no points", "read as a mesh|no triangles", "point 1 is not finite", "valid: .stl", "does not exist"),
     ):
         assert re.search(words, line), line
 

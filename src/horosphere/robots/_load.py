@@ -80,7 +80,7 @@ def load(
             "no such file", place=text, remedy="give a URDF, a robot YAML, or a built-in name", choices=names()
         )
     else:
-        raise unknown_name("robot", text, names(), place="robot")
+        raise unknown_name("robot", text, names())
     if base is not None or tip is not None or locked or srdf is not None or group is not None:
         raise InputError("base, tip, locked, srdf and group are for URDF files", place=text)
     if capsules is None and link_radius is None and collision == "capsules":
