@@ -37,12 +37,13 @@ def build() -> App:
         help_format="markdown",
         result_action="return_value",
         suppress_keyboard_interrupt=False,
-        default_parameter=Parameter(negative=(), show_default=False),
+        default_parameter=Parameter(negative=(), show_default=out.shown_default),
     )
-    for command in (plan, check, show, field, robot):
+    for command in (plan, check, field, robot):
         app.command(command)
+    app.command(show, usage="Usage: horosphere show [OPTIONS] SCENE [TRAJECTORY]")
     app.command(sweep, usage="Usage: horosphere sweep [OPTIONS] SCENES...")
-    app.command(scenes)
+    app.command(scenes, usage="Usage: horosphere scenes [OPTIONS] [NAME]")
     app.command(warmup)
     app.command(snake)
     app.command(bench)

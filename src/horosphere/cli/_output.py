@@ -16,6 +16,11 @@ PATIENCE = 1.0
 """Seconds after which a command says what it is doing."""
 
 
+def shown_default(value: Any) -> str | None:
+    """A default as --help shows it: numbers, words and paths; switches and empty lists speak for themselves."""
+    return None if value is None or isinstance(value, bool | tuple | list) else str(value)
+
+
 def console(stderr: bool = False) -> Any:
     """A rich console; plain text where the output is no terminal."""
     from rich.console import Console

@@ -48,13 +48,14 @@ def plan(
     method
         auto (the field, else a tree), field (no tree search), tree, reactive (the law of the live loop, no tree), reactive-or-tree.
     path_step
-        Metres between points of the tool path.
+        Metres between points of the tool path, instead of the scene's (0.02 if it says nothing).
     time
-        Seconds to go on after the first certified plan of tree or reactive law: shorter, further from obstacles (1; 0: not).
+        Seconds to go on after the first certified plan of tree or reactive law, for one that is shorter and further from
+        obstacles, instead of the scene's (1 if it says nothing; 0: not).
     time_limit
-        Seconds to look for the first plan.
+        Seconds to look for the first plan, instead of the scene's (10 if it says nothing).
     seed
-        Of the random numbers.
+        Of the random numbers, instead of the scene's (0 if it says nothing).
     report
         Write report.html (needs the extra `view`).
     json

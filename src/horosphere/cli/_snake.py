@@ -14,7 +14,7 @@ app = App(
     help="Snake robots: exact controllability, motion along brackets, steering, navigation.\n\n"
     "Example: `horosphere snake growth --links 8`",
     help_format="markdown",
-    default_parameter=Parameter(negative=(), show_default=False),
+    default_parameter=Parameter(negative=(), show_default=out.shown_default),
 )
 
 Numbers = Annotated[str, Parameter(allow_leading_hyphen=True)]

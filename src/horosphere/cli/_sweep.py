@@ -42,7 +42,7 @@ def sweep(
     scenes
         Scene files, built-in scenes, folders with scene files.
     out_folder
-        Folder of the sweep, out/sweep by default; one that was begun there is continued.
+        Folder of the sweep; one that was begun there is continued.
     seeds
         Plan each scene with so many seeds, 0 first.
     workers

@@ -69,6 +69,7 @@ def numerical_inverse(
         *arrays, limits.lower.copy(), limits.upper.copy(), flat, axis / np.linalg.norm(axis),
         rules, 0.3 * max(reach(robot), 1e-3), first, starts, tips,
         min(attempts, STARTS + 1), iterations, tolerance, q, left, count, tries,
+        np.empty((len(arrays.parents), 8)), np.empty((n, 6)), *np.empty((2, 14)), *np.empty((3, n)), np.empty(STARTS),
     )  # fmt: skip
     valid = np.arange(solutions) < count[:, None]
     filled = np.maximum(count, 1)

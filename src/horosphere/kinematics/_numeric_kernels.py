@@ -92,11 +92,9 @@ def descend(
     parents, origins, kinds, axes, coords, mult, offs, lower, upper, goal, axis, rules, weight, iterations, tolerance, q,
     M, G, e, tried, trial, step,
 ):  # fmt: skip
-    """Levenberg-Marquardt from q, in place; leaves the error in e (14,)."""
+    """Levenberg-Marquardt from `trial` to q; leaves the error in e (14,)."""
     last = parents.shape[0] - 1
     factor, cost, checked, k, inner = 1e-2, np.inf, np.inf, 0, 0
-    for c in range(q.shape[0]):
-        trial[c] = q[c]
     # one loop, so that frames and error are compiled once: each turn judges `trial`, then makes the next one
     while True:
         frames_into(parents, origins, kinds, axes, coords, mult, offs, trial, M)
@@ -105,8 +103,7 @@ def descend(
         if new_cost < cost:
             for c in range(q.shape[0]):
                 q[c] = trial[c]
-            for r in range(14):
-                e[r] = tried[r]
+            store_records(e, 0, load_records(tried, 0, 14, ONE))
             cost = new_cost
             if (e[12] <= tolerance and e[13] <= tolerance) or k >= iterations:
                 return
@@ -128,26 +125,18 @@ def descend(
             trial[c] = min(max(q[c] + step[c], lower[c]), upper[c])
 
 
-@jit
+@partial(jit, _nrt=False)
 def solve_batch(
     parents, origins, kinds, axes, coords, mult, offs, lower, upper, goals, axis, rules, weight, first, starts, tips,
-    attempts, iterations, tolerance, q, left, count, tries,
+    attempts, iterations, tolerance, q, left, count, tries, M, G, e, tried, trial, step, at, rank,
 ):  # fmt: skip
     """For each goal (b, 14): up to q.shape[1] different solutions q (b, k, n), with (angle, distance) `left` (b, k, 2).
 
     Attempts start at first (b, n), then at `starts` (s, n) in the order of the error of their tool frames `tips` (s,
     8). count (b,): how many were solved; if none, row 0 is the best reached. tries (b,): attempts made.
+    M (L, 8), G (n, 6), e, tried (14,), trial, step, at (n,), rank (s,) are working memory.
     """
     n = lower.shape[0]
-    M, G = np.empty((parents.shape[0], 8)), np.empty((n, 6))
-    e, tried, trial, step, at, rank = (
-        np.empty(14),
-        np.empty(14),
-        np.empty(n),
-        np.empty(n),
-        np.empty(n),
-        np.empty(starts.shape[0]),
-    )
     for b in range(goals.shape[0]):
         goal = goals[b]
         best, found = np.inf, 0
@@ -164,7 +153,7 @@ def solve_batch(
                         nearest = s
                 rank[nearest] = np.inf
             for c in range(n):
-                at[c] = starts[nearest, c] if a > 0 else first[b, c]
+                trial[c] = starts[nearest, c] if a > 0 else first[b, c]
             tries[b] += 1
             descend(
                 parents, origins, kinds, axes, coords, mult, offs, lower, upper, goal, axis, rules, weight, iterations,
