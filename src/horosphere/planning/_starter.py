@@ -36,7 +36,7 @@ def starter_scene(robot: Robot, written: Any, seed: int = 0) -> Scene:
     for _ in range(_TRIES):
         q = np.round(rng.uniform(lower + quarter, upper - quarter, (2, robot.n_joints)), 3)
         scene = Scene(
-            robot, JointTarget(q[0]), JointTarget(q[1]), [_table(robot, q, moving)], name="first",
+            robot, JointTarget(q[0]), JointTarget(q[1]), (_table(robot, q, moving),), name="first",
             description=f"A first scene for {robot.name}, made by `horosphere robot --scene`: change it to what you have.",
             options=Options(clearance=0.01), origin=Origin(robot=written),
         )  # fmt: skip
@@ -56,6 +56,8 @@ def _table(robot: Robot, q: Floats, moving: NDArray[np.bool_]) -> Box:
         ends += [move_points(frames, caps.a[moving]), move_points(frames, caps.b[moving])]
     points, radius = np.concatenate(ends), float(caps.radius[moving].max())
     half = np.append(0.5 * np.ptp(points[:, :2], axis=0) + radius, 0.02)
-    middle: Floats = np.asarray(0.5 * (points.min(axis=0) + points.max(axis=0)), np.float64)
+    middle = 0.5 * (points.min(axis=0) + points.max(axis=0))
     top = points[:, 2].min() - radius - _ROOM
-    return Box(np.round([middle[0], middle[1], top - half[2]], 3), np.round(half, 3), np.eye(3), name="table")
+    center: Floats = np.array([*middle[:2], top - half[2]], np.float64).round(3)
+    sizes: Floats = np.array(half, np.float64).round(3)
+    return Box(center, sizes, np.eye(3), name="table")
