@@ -19,7 +19,6 @@ import numpy as np
 from _harness import compare, heading
 
 import horosphere as hs
-from horosphere.kernels import threads
 from horosphere.kinematics import forward, forward_and_jacobian, jacobian
 from horosphere.versors import _kernels as ours
 
@@ -161,17 +160,12 @@ def batches(n: int) -> None:
             source = np.ones((n, numbers // 2 + numbers % 2))
             target = np.empty_like(source)
             others["numpy, copy of as many bytes"] = lambda: np.copyto(target, source)
-            others["horosphere, two threads"] = lambda: two_threads(kernel, arrays, result)
         found = compare(
             f"{what}, {title}", {"horosphere": lambda: kernel(*arrays, out=result), **others}, n, rounds, slices
         )
         if n >= 100_000:
             share = found["numpy, copy of as many bytes"] / found["horosphere"]
             print(f"  reached of the memory's speed: {share:.0%} ({8 * numbers / found['horosphere'] / 1e9:.0f} GB/s)")
-            ratios = (
-                f"{name} {found[name] / found['horosphere, two threads']:.0f}x" for name in peers if name in found
-            )
-            print("  two threads against", ", ".join(ratios))
 
     run("motor product", ours.motor_product, (a, b), out, "product", ("clifford", one and one.product))
     run("unit motor on a point", ours.motor_point, (a, points), moved, "on_point", ("clifford", one and one.on_point))
@@ -180,11 +174,6 @@ def batches(n: int) -> None:
     exp = gafro and (lambda: gafro.Motor.exp(generator))
     run("exponential", ours.motor_exp, (screws,), out, None, ("pygafro", exp))
     run("logarithm", ours.motor_log, (a,), logs, None, ("pygafro", gafro and (lambda: motor.log().evaluate())))
-
-
-def two_threads(kernel, arrays, result):
-    with threads(2):
-        return kernel(*arrays, out=result)
 
 
 class PinocchioPanda:

@@ -14,7 +14,7 @@ import pytest
 from numba import config
 
 from horosphere import InputError, Line, Motor, Point
-from horosphere.kernels import MOTOR, Kernel, _direct, kernel, scalars, threads
+from horosphere.kernels import MOTOR, Kernel, _direct, kernel, scalars
 
 compiled_only = pytest.mark.skipif(bool(config.DISABLE_JIT), reason="direct calls need compiled code")
 
@@ -250,26 +250,6 @@ def test_other_threads_run_during_a_long_batch():
         done.set()
         counter.join()
     assert steps[0] > 0
-
-
-@compiled_only
-@pytest.mark.parametrize("count", [1, 2, 3])
-def test_a_large_batch_is_shared_out_to_the_bit(count):
-    rng = np.random.default_rng(5)
-    n = 100_003
-    a, b, one = rng.normal(size=(n, 8)), rng.normal(size=(n, 8)), rng.normal(size=8)
-    alone = product(a, b), product(one, b), product(a[:5], b[:5])
-    with threads(count):
-        shared = product(a, b), product(one, b), product(a[:5], b[:5])
-        with pytest.raises(InputError, match="at least one thread"), threads(0):
-            pass
-        value = Motor.exp(np.zeros((n, 6))) @ Point.from_euclidean(b[:, :3])
-    for x, y in zip(alone, shared):
-        np.testing.assert_array_equal(x, y)
-    np.testing.assert_allclose(value.as_euclidean(), b[:, :3], atol=1e-15)
-    b[-1, 0] = np.nan
-    with threads(count), pytest.raises(InputError, match="finite"):
-        Motor.exp(b[:, :6])
 
 
 @compiled_only

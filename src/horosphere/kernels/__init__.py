@@ -46,7 +46,6 @@ from ._multivector import EI as EI
 from ._multivector import MV as MV
 from ._multivector import PSEUDOSCALAR as PSEUDOSCALAR
 from ._multivector import apply_motor as apply_motor
-from ._threads import threads as threads
 from ._trace import scalars as scalars
 
 _NEED_NUMBA = frozenset(

@@ -19,8 +19,6 @@ from typing import Any
 
 import numpy as np
 
-from ._threads import LARGEST
-
 _NUMPY_ABI, _ABI_VERSION, _ARRAY_TYPE, _NEW_FROM_DESCR, _SET_BASE_OBJECT = 0x02000000, 0, 2, 94, 282
 _METH_FASTCALL = 0x80
 _KEPT: list[Any] = []  # what built-ins point to
@@ -52,7 +50,7 @@ class Direct:
             return
         lead, readable = self.alone.index(False), t.CONTIGUOUS | t.ALIGNED
         words = [address, len(self.inputs), len(self.outputs), id(np.ndarray), id(np.dtype(np.float64)), id(None)]
-        words += [*functions, lead, ctypes.addressof(LARGEST)]
+        words += [*functions, lead]
         for (kind, axes), alone in zip(self.inputs, self.alone, strict=True):
             words += [id(kind), _slot(kind), readable, int(alone), len(axes), *axes, *(0,) * (4 - len(axes))]
         for kind, axes in self.outputs:

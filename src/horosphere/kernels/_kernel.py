@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from ..errors import InputError
 from ..numeric import float_array
 from ._direct import Direct, call_by_ctypes, machine_code
-from ._threads import in_parts
 from ._trace import ArgumentType, Trace
 
 Floats = NDArray[np.float64]
@@ -147,8 +146,7 @@ class Kernel:
         if direct.call(*arrays) is not None:
             return True
         records = arrays[len(single)].size // prod(self.axes[0])
-        alone = (*single, *(False for _ in self.axes))
-        return in_parts(lambda parts, count: call_by_ctypes(address, parts, count), arrays, alone, records)
+        return call_by_ctypes(address, arrays, records)
 
     def _compile(self, single: tuple[bool, ...]) -> tuple[int, Direct]:
         from ._drive import ARGUMENTS, driver

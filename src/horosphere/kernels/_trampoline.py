@@ -35,9 +35,8 @@ ARRAY_DATA, ARRAY_AXES, ARRAY_SHAPE, ARRAY_DTYPE, ARRAY_FLAGS = 16, 24, 32, 56, 
 CONTIGUOUS, ALIGNED, WRITEABLE = 0x1, 0x100, 0x400
 
 # The settings, int64 words: these, then one entry for each input and each output.
-# LEAD is the input that says what the batch is: the first one that is not alone. LARGEST: where the number of records stands
-# beyond which the general way is taken (see `_threads`).
-KERNEL, INPUTS, OUTPUTS, NDARRAY, FLOAT64, NONE, NEW_ARRAY, SET_BASE, LEAD, LARGEST, ENTRIES = range(11)
+# LEAD is the input that says what the batch is: the first one that is not alone.
+KERNEL, INPUTS, OUTPUTS, NDARRAY, FLOAT64, NONE, NEW_ARRAY, SET_BASE, LEAD, ENTRIES = range(10)
 # An entry: type of the argument, where in it the array is (0: it is the array), flags that the array needs, whether it is
 # alone (one record that serves the whole batch), number of axes of one record, their lengths; for an output the type of
 # the value to return around it (0: none) and where in it the array is.
@@ -206,7 +205,6 @@ def _emit(builder, settings_object, items, count):
         with c.loop(axes) as k:
             c.put(shape, k, c.at(lengths, k))
             builder.store(builder.mul(builder.load(records_place), c.at(lengths, k)), records_place)
-        c.need(builder.icmp_signed("<=", builder.load(records_place), c.read(c.setting(LARGEST))))
 
     find_batch()
     axes, records = builder.load(axes_place), builder.load(records_place)
