@@ -8,6 +8,7 @@ from typing import Annotated, Any, Literal
 from cyclopts import App, Parameter
 
 from . import _output as out
+from ._snake_output import print_coordinates, said, write
 
 app = App(
     name="snake",
@@ -208,13 +209,13 @@ def simulate(
         }
         if out_folder is not None:
             folder = output_folder(out_folder)
-            data["files"] = _write(folder, snake, motion, figure)
-    said, good = _said(result if word is not None else done, word)
+            data["files"] = write(folder, snake, motion, figure)
+    line, good = said(result if word is not None else done, word)
     if json:
         out.print_json(data)
         return out.DONE if good else out.FAILED
-    out.print_verdict(said, good)
-    _print_coordinates(snake, motion, result.predicted if word is not None else None)
+    out.print_verdict(line, good)
+    print_coordinates(snake, motion, result.predicted if word is not None else None)
     rows = [("Snake", repr(snake)), ("Time", f"{motion.time[-1]:.2f} s")]
     if word is not None:
         rows.append(
@@ -229,34 +230,6 @@ def simulate(
         rows.append(("Files", ", ".join(data["files"])))
     out.print_rows(rows)
     return out.DONE if good else out.FAILED
-
-
-def _said(result: Any, word: str | None) -> tuple[str, bool]:
-    """The first line, and whether it is good news."""
-    from ..snake import word_text
-
-    if word is None:
-        reason = result.reason or result.motion.reason
-        return (
-            f"Stopped early: {reason}" if reason else f"{len(result.displacement)} periods of {result.period:.3g} s",
-            not reason,
-        )
-    legs, text = len(result.legs), word_text(result.word)
-    return f"{text}, a bracket of degree {result.degree}, carried out in {legs} legs of {result.t:g} s", True
-
-
-def _print_coordinates(snake: Any, motion: Any, predicted: Any) -> None:
-    """Start, end and change of every coordinate; beside it what the bracket predicts."""
-    from rich.table import Table
-
-    table = Table(box=None, padding=(0, 2, 0, 0))
-    for name in ("coordinate", "unit", "start", "end", "change", *(["predicted"] if predicted is not None else [])):
-        table.add_column(name, justify="left" if name in ("coordinate", "unit") else "right", header_style="dim")
-    for k, name in enumerate(snake.names):
-        cells = [motion.q[0, k], motion.end[k], motion.displacement[k]]
-        cells += [] if predicted is None else [predicted[k]]
-        table.add_row(name, "m" if k < 2 else "rad", *(f"{round(float(x), 6) + 0.0:.5f}" for x in cells))
-    out.print_table(table)
 
 
 @app.command
@@ -322,7 +295,7 @@ def steer(
         if out_folder is not None:
             folder = output_folder(out_folder)
             figure = motion_figure(snake, result.motion)
-            data["files"] = _write(folder, snake, result.motion, figure, result.inputs, result.duration)
+            data["files"] = write(folder, snake, result.motion, figure, result.inputs, result.duration)
     if json:
         out.print_json(data)
     else:
@@ -390,7 +363,7 @@ def navigate(
             if out_folder is not None:
                 around = Surroundings.of(list(problem.obstacles), None)
                 figure = motion_figure(snake, result.motion, around, result.path)
-                data["files"] = _write(output_folder(out_folder), snake, result.motion, figure)
+                data["files"] = write(output_folder(out_folder), snake, result.motion, figure)
     if json:
         out.print_json(data)
     else:
@@ -406,28 +379,3 @@ def navigate(
             )
         out.print_notes(result.notes)
     return out.DONE if result.solved else out.FAILED
-
-
-WRITTEN = ("trajectory.npz", "inputs.csv", "motion.png")
-
-
-def _write(folder: Path, snake: Any, motion: Any, figure: Any, legs: Any = None, duration: float = 0.0) -> list[str]:
-    """The motion as files, all of them or none; `legs` (m, 4): inputs that are constant over equal parts of `duration`."""
-    import numpy as np
-
-    from ..io import save_trajectory, writing, writing_set
-    from ..scenes import Trajectory
-
-    keep = np.concatenate([[True], np.diff(motion.time) > 0.0])
-    rates = snake.angle_rates(snake.to_angles(motion.q[keep]), motion.inputs[keep])
-    with writing_set(folder, WRITTEN) as stage:
-        save_trajectory(Trajectory(motion.time[keep], motion.q[keep], rates, None, snake.names), stage / WRITTEN[0])
-        if legs is not None:
-            with writing(stage / "inputs.csv") as file:
-                file.write("from,to,u1,u2,u3,u4\n")
-                ends = np.linspace(0.0, duration, len(legs) + 1).tolist()
-                for start, end, leg in zip(ends, ends[1:], np.asarray(legs).tolist()):
-                    file.write(",".join(map(repr, (start, end, *leg))) + "\n")
-        with writing(stage / "motion.png", "wb") as temporary:
-            figure.savefig(temporary, dpi=110, format="png")
-    return [str(folder / name) for name in WRITTEN if (folder / name).exists()]

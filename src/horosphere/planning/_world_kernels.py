@@ -13,7 +13,6 @@ from ..kernels import absolute, kernel, maximum, minimum, scalars, sqrt
 from ._packet_kernels import inner
 
 BOX, CAPSULE, CYLINDER, ELLIPSOID, HALF_SPACE = 0, 1, 2, 3, 4
-ROW = 16
 
 
 @kernel(1, p=scalars(3), row=scalars(8))
