@@ -118,6 +118,32 @@ def test_result_may_overwrite_an_argument():
     np.testing.assert_array_equal(a, expected)
 
 
+@kernel(4, x=scalars(6))
+def narrowed(x):
+    """Fewer numbers out than in, in another order."""
+    return [x[5] - x[0], x[4], x[1] + x[2], x[3]]
+
+
+@pytest.mark.parametrize("batch", [1, 7, 8, 9, 40])
+def test_result_may_overlap_an_argument(batch):
+    rng = np.random.default_rng(batch)
+    for _ in range(60):
+        shared, b = rng.normal(size=8 * batch + 80), rng.normal(size=(batch, 8))
+        at, to = rng.integers(0, 80, size=2)
+        a, out = (shared[k : k + 8 * batch].reshape(batch, 8) for k in (at, to))
+        expected = product(a.copy(), b)
+        product(a, b, out=out)
+        np.testing.assert_array_equal(out, expected)
+        x, out = (shared[k : k + w * batch].reshape(batch, w) for k, w in ((at, 6), (to, 4)))
+        expected = narrowed(x.copy())
+        narrowed(x, out=out)
+        np.testing.assert_array_equal(out, expected)
+    a = rng.normal(size=(batch, 8))
+    expected = product(a[-1].copy(), a)
+    product(a[-1], a, out=a)  # one record of the output serves the whole batch
+    np.testing.assert_array_equal(a, expected)
+
+
 def test_half_cost_sandwich_equals_the_product_for_unit_motors():
     rng = np.random.default_rng(0)
     angle_, t = rng.normal(size=50), rng.normal(size=(50, 3))

@@ -14,7 +14,7 @@ from . import _lanes
 from ._cache import OPTIONS, attach_cache
 from ._trace import Trace
 
-_FROM_LANES = ("EIGHT", "ONE", "array_at", "load_records", "spread", "store_records", "sum_lanes")
+_FROM_LANES = ("EIGHT", "ONE", "array_at", "load_records", "no_lanes", "spread", "store_records", "sum_lanes")
 
 
 ARGUMENTS = (types.intp, types.int64)
@@ -48,16 +48,21 @@ def _text(trace: Trace, axes: Sequence[tuple[int, ...]], single: Sequence[bool],
     outs = [f"out{k}" for k in range(len(axes))]
     arrays = [name for name, _, _ in inputs] + outs
 
-    def loads(tag: str) -> str:
-        return ", ".join(
-            f"*one_{name}" if alone else f"*load_records({name}, i, {width}, {tag})" for name, width, alone in inputs
-        )
+    def loads(at: str, indent: str) -> list[str]:
+        return [
+            f"{indent}next_{name} = load_records({name}, {at}, {width}, EIGHT)"
+            for name, width, alone in inputs
+            if not alone
+        ]
 
-    def stores() -> list[str]:
+    def call(source: str) -> str:
+        return f"inline(*({' + '.join(f'one_{n}' if alone else f'{source}_{n}' for n, _, alone in inputs)}))"
+
+    def stores(values: str, at: str, indent: str) -> list[str]:
         lines, first = [], 0
         for out, shape in zip(outs, axes, strict=True):
             width = prod(shape)
-            lines.append(f"        store_records({out}, i, values[{first}:{first + width}])")
+            lines.append(f"{indent}store_records({out}, {at}, {values}[{first}:{first + width}])")
             first += width
         return lines
 
@@ -68,13 +73,19 @@ def _text(trace: Trace, axes: Sequence[tuple[int, ...]], single: Sequence[bool],
         *(f"    one_{name} = load_records({name}, 0, {width}, ONE)" for name, width, alone in inputs if alone),
         "    whole = count // 8 * 8",
         *(["    zeros, zero = spread(0.0, EIGHT), 0.0"] if finite else []),
-        "    for i in range(0, whole, 8):",
-        f"        values = inline({loads('EIGHT')})",
-        *stores(),
-        *([f"        zeros = zeros + values[{last}] * 0.0"] if finite else []),
+        "    if whole > 0:",
+        *loads("0", " " * 8),
+        f"        values = no_lanes({len(trace.outputs)}, EIGHT)",
+        "        for i in range(0, whole + 8, 8):",
+        "            done = values",
+        *([f"            zeros = zeros + done[{last}] * 0.0"] if finite else []),
+        f"            values = {call('next')}",
+        *loads("i + 8 if i + 8 < whole else 0", " " * 12),
+        *stores("done", "i - 8 if i > 0 else 0", " " * 12),
         "    for i in range(whole, count):",
-        f"        value = inline({loads('ONE')})",
-        *(line.replace("values", "value") for line in stores()),
+        *(f"        last_{name} = load_records({name}, i, {width}, ONE)" for name, width, alone in inputs if not alone),
+        f"        value = {call('last')}",
+        *stores("value", "i", " " * 8),
         *([f"        zero = zero + value[{last}] * 0.0"] if finite else []),
         "    return int(sum_lanes(zeros) + zero == 0.0)" if finite else "    return 1",
     ]

@@ -44,7 +44,7 @@ class Kernel:
         self.axes = tuple(axes) or ((self.width_out,),)
         self._axes_in = tuple(() if t is None else (t,) if isinstance(t, int) else (len(t),) for t in types.values())
         self._compiled: dict[tuple[bool, ...], tuple[int, Direct]] = {}  # by which inputs are single records
-        self._none_single = (False,) * len(types)
+        self._none_single, self._one_out = (False,) * len(types), len(self.axes) == 1
         self._waiting: list[Direct] = []
         self._directs = [self.direct([np.ndarray] * len(types), [np.ndarray] * len(self.axes))]
 
@@ -65,9 +65,9 @@ class Kernel:
     def __call__(self, *arrays: Floats, out: Any = None) -> Any:
         """The result, (..., K) with the broadcast leading axes of the arguments; written into `out` if given.
 
-        Several outputs are a tuple, and so is their `out`.
+        Several outputs are a tuple, and so is their `out`, which may be or overlap an argument.
         """
-        outs = () if out is None else (out,) if len(self.axes) == 1 else tuple(out)
+        outs = () if out is None else (out,) if self._one_out else tuple(out)
         for direct in self._directs:
             result = direct.call(*arrays, *outs)
             if result is not None:
@@ -106,6 +106,8 @@ class Kernel:
         for k, (own, axes) in enumerate(zip(batches, self._axes_in, strict=True)):
             if own != batch and not single[k]:
                 arrays[k] = np.broadcast_to(arrays[k], (*batch, *axes))
+            if out is not None and any(np.may_share_memory(arrays[k], o) for o in outs):
+                arrays[k] = arrays[k].copy()
         good = self._into(outs, arrays) if _jit_disabled() else self.run(single, *map(_plain, arrays), *outs)
         if not good:
             for name, array in zip(self._types, arrays, strict=True):

@@ -253,6 +253,15 @@ def spread(typing_context, value, tag):
     return lanes(value, tag), code
 
 
+@intrinsic(prefer_literal=True)
+def no_lanes(typing_context, k, tag):
+    """k lanes of zeros: what a loop carries before it has something."""
+    if not isinstance(k, types.IntegerLiteral):
+        return None
+    result = types.UniTuple(lane_type(types.float64, tag.count), k.literal_value)
+    return result(k, tag), lambda context, builder, sig, args: context.get_constant_null(result)
+
+
 def _reduction(name: str):
     @intrinsic
     def reduce(typing_context, value):

@@ -10,6 +10,8 @@ plain case". In Python it would be
             array = item.array if expected.slot else item
             if type, dtype, memory order or axes of array are not the expected ones:
                 return None
+        if an output that was given reaches into an input without being it:
+            return None
         make the outputs that were not given
         if not kernel(pointers to the data of all arrays, records):
             return None
@@ -144,6 +146,23 @@ class _Code:
             expected = self.at(entry, self.b.add(k, self.number(LENGTHS)))
             self.need(self.compare(self.at(lengths, self.b.add(leading, k)), "==", expected))
 
+    def size(self, entry, records):
+        """Bytes of as many records of an argument."""
+        size = cgutils.alloca_once_value(self.b, self.b.mul(records, self.number(8)))
+        with self.loop(self.at(entry, AXES)) as k:
+            length = self.at(entry, self.b.add(k, self.number(LENGTHS)))
+            self.b.store(self.b.mul(self.b.load(size), length), size)
+        return self.b.load(size)
+
+    def check_apart(self, out, size, entry, data, records) -> None:
+        """Answer None if memory that is written to is also that of an input, unless record by record: those are read first."""
+        own = self.size(entry, records)
+        before = self.compare(self.b.add(data, own), "<=", out)
+        after = self.compare(data, ">=", self.b.add(out, size))
+        same = self.b.and_(self.compare(data, "==", out), self.compare(own, "==", size))
+        alone = self.compare(self.at(entry, ALONE), "!=", 0)  # read before all others
+        self.need(self.b.or_(self.b.or_(before, after), self.b.or_(same, alone)))
+
     def new_array(self, entry, shape, axes, data, flags):
         """A new array of an output's shape, on `data` if that is not 0."""
         own = self.at(entry, AXES)
@@ -222,6 +241,13 @@ def _emit(builder, settings_object, items, count):
             c.put(given, i, array)
             c.put(arrays, i, array)
             c.put(pointers, i, c.read(array, ARRAY_DATA))
+
+    with c.loop(outputs) as k:
+        i = builder.add(inputs, k)
+        with builder.if_then(c.compare(c.at(given, i), "!=", 0)):
+            out, size = c.at(pointers, i), c.size(entry_of(i), records)
+            with c.loop(inputs) as j:
+                c.check_apart(out, size, entry_of(j), c.at(pointers, j), records)
 
     with c.loop(outputs) as k:  # make what is not there
         i = builder.add(inputs, k)
