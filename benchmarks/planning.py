@@ -25,7 +25,7 @@ from horosphere.planning._tree_space import COVER, Space
 from horosphere.scenes._moveit import read_moveit_set
 from horosphere.shapes import Box
 
-DATA = Path(os.environ.get("HOROSPHERE_DATA", Path(__file__).resolve().parents[2] / "shared" / "data"))
+DATA = Path(os.environ.get("HOROSPHERE_DATA") or Path(__file__).resolve().parents[2] / "shared" / "data")
 PUBLISHED = (
     (
         "VAMP (C++, SIMD; arXiv:2309.14545)",
