@@ -134,9 +134,10 @@ def single_elements() -> None:
 
 
 def batches(n: int) -> None:
-    a, b = motors(n), motors(n)
-    out, screws = np.empty((n, 8)), RNG.normal(size=(n, 6))
-    points, moved = hs.Point.from_euclidean(RNG.normal(size=(n, 3))).array, np.empty((n, 5))
+    first, second = hs.Motor.exp(RNG.normal(size=(n, 6))), hs.Motor.exp(RNG.normal(size=(n, 6)))
+    point = hs.Point.from_euclidean(RNG.normal(size=(n, 3)))
+    a, b, points = first.array, second.array, point.array
+    out, screws, moved = np.empty((n, 8)), RNG.normal(size=(n, 6)), np.empty((n, 5))
     spheres, moved_spheres = np.abs(RNG.normal(size=(n, 4))), np.empty((n, 4))
     lines, moved_lines = RNG.normal(size=(n, 6)), np.empty((n, 6))
     logs = np.empty((n, 6))
@@ -148,9 +149,13 @@ def batches(n: int) -> None:
     title = f"batch of {n:,}"
     print(f"\n{title}: times are per element")
 
-    def run(what, kernel, arrays, result, method=None, looped=None):
-        """One kernel against kingdon's method of this name and against looped calls; its share of the memory's speed."""
-        others = {name: peer and getattr(peer, method) for name, peer in peers.items()} if method else {}
+    def run(what, kernel, arrays, result, method=None, looped=None, values=None):
+        """One kernel against kingdon's method of this name and against looped calls; its share of the memory's speed.
+
+        values: the same as an operator on values, which makes its result anew as the peers do.
+        """
+        others = {"horosphere, on values": values} if values else {}
+        others |= {name: peer and getattr(peer, method) for name, peer in peers.items()} if method else {}
         if looped:
             name, call = looped
             others[f"{name}, looped over {few}"] = call and (lambda: [call() for _ in range(few)], few)
@@ -161,14 +166,15 @@ def batches(n: int) -> None:
             target = np.empty_like(source)
             others["numpy, copy of as many bytes"] = lambda: np.copyto(target, source)
         found = compare(
-            f"{what}, {title}", {"horosphere": lambda: kernel(*arrays, out=result), **others}, n, rounds, slices
+            f"{what}, {title}", {"horosphere, out=": lambda: kernel(*arrays, out=result), **others}, n, rounds, slices
         )
         if n >= 100_000:
-            share = found["numpy, copy of as many bytes"] / found["horosphere"]
+            share = found["numpy, copy of as many bytes"] / found["horosphere, out="]
             print(f"  reached of the memory's speed: {share:.0%} ({8 * numbers / found['horosphere'] / 1e9:.0f} GB/s)")
 
-    run("motor product", ours.motor_product, (a, b), out, "product", ("clifford", one and one.product))
-    run("unit motor on a point", ours.motor_point, (a, points), moved, "on_point", ("clifford", one and one.on_point))
+    product, on_point = ("clifford", one and one.product), ("clifford", one and one.on_point)
+    run("motor product", ours.motor_product, (a, b), out, "product", product, lambda: first @ second)
+    run("unit motor on a point", ours.motor_point, (a, points), moved, "on_point", on_point, lambda: first @ point)
     run("unit motor on a line", ours.motor_line, (a, lines), moved_lines, "on_line")
     run("unit motor on a sphere", ours.motor_sphere, (a, spheres), moved_spheres)
     exp = gafro and (lambda: gafro.Motor.exp(generator))

@@ -67,9 +67,9 @@ class Kernel:
 
         Several outputs are a tuple, and so is their `out`, which may be or overlap an argument.
         """
-        outs = () if out is None else (out,) if self._one_out else tuple(out)
+        given = arrays if out is None else (*arrays, out) if self._one_out else (*arrays, *out)
         for direct in self._directs:
-            result = direct.call(*arrays, *outs)
+            result = direct.call(*given)
             if result is not None:
                 return result
         return self._general(arrays, out)
