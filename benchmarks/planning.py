@@ -22,7 +22,7 @@ from horosphere.planning._edge_kernels import SAMPLED
 from horosphere.planning._sampled import sampled_clearance
 from horosphere.planning._tree import Search, connect
 from horosphere.planning._tree_space import COVER, Space
-from horosphere.scenes._moveit import read_moveit_set
+from horosphere.scenes._moveit_files import read_moveit_set
 from horosphere.shapes import Box
 
 DATA = Path(os.environ.get("HOROSPHERE_DATA") or Path(__file__).resolve().parents[2] / "shared" / "data")

@@ -29,7 +29,7 @@ def test_interrupted_trajectories(tmp_path, monkeypatch, ending, moment):
     def interrupt(*arguments):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(f"horosphere.io._atomic.os.{moment}", interrupt)
+    monkeypatch.setattr(f"horosphere._atomic.os.{moment}", interrupt)
     with pytest.raises(KeyboardInterrupt):
         save_trajectory(Trajectory([0, 1], [[0.0], [1.0]]), tmp_path / f"t.{ending}")
     assert not list(tmp_path.iterdir())

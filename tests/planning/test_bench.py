@@ -14,7 +14,7 @@ from horosphere.planning._bench_table import BenchRow, BenchTable
 from horosphere.planning._reactive import react
 from horosphere.planning._sampled import clearances, densely, sampled_clearance
 from horosphere.planning._tree import connect
-from horosphere.scenes._moveit import read_moveit_set
+from horosphere.scenes._moveit_files import read_moveit_set
 from horosphere.shapes import Ball
 
 

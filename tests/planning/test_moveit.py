@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 from horosphere import kinematics, robots
 from horosphere.errors import InputError
 from horosphere.scenes import JointTarget, PoseTarget
-from horosphere.scenes._moveit import read_moveit, read_moveit_set
+from horosphere.scenes._moveit_files import read_moveit, read_moveit_set
 from horosphere.shapes import Ball, Box, Cylinder, HalfSpace, Mesh
 
 SCENE = """
@@ -97,7 +97,7 @@ def test_what_a_scene_means(folder):
     np.testing.assert_array_equal(goal.q, [0.1, 0.2, 0.3, -0.4, 0.5, 0.6, 0.7])
     pose = problem.goal_of(robot, 1)
     assert isinstance(pose, PoseTarget) and problem.goal_links[1] == "panda_hand"
-    np.testing.assert_allclose(pose.position, [0.5, 0, 0.7])
+    np.testing.assert_allclose(pose.position, [0.5, 0, 0.7 - 0.1034])  # of the tool, which the built-in Panda has
     np.testing.assert_allclose(np.abs(pose.quaternion), [0, 1, 0, 0], atol=1e-12)
     assert (problem.robot_name, problem.group, problem.start["panda_finger_joint1"]) == ("panda", "panda_arm", 0.02)
 
@@ -174,7 +174,11 @@ def test_other_trouble(folder, tmp_path):
 def test_as_a_scene(folder):
     robot = robots.load("panda")
     scene = read_moveit(folder / "scene0001.yaml").scene(robot)
-    assert scene.robot is robot and len(scene.obstacles) == 6 and scene.name == "scene0001"
+    assert scene.robot.content == robot.content and len(scene.obstacles) == 6 and scene.name == "scene0001"
+    assert [note for note in scene.robot.notes if note not in robot.notes] == [
+        "tins/2: the cone is enclosed in its cylinder",
+        "the request has 2 goals; this is the motion to the first",
+    ]
 
 
 HELD = """

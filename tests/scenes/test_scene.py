@@ -1,10 +1,12 @@
 """Scenes made in Python, saved and loaded again."""
 
+import os
+
 import numpy as np
 import pytest
 
 import horosphere.scenes as sc
-from horosphere import entities, shapes, versors
+from horosphere import entities, robots, shapes, versors
 from horosphere.errors import InputError
 
 
@@ -157,11 +159,62 @@ def test_unknown_change():
         SCENES["arm"].with_(gaol=3)
 
 
-def test_a_robot_made_in_python_cannot_be_saved(tmp_path):
-    scene = SCENES["arm"].with_(robot=SCENES["arm"].robot)
-    with pytest.raises(InputError, match="given as an object"):
-        scene.save(tmp_path / "x.yaml")
-    assert not list(tmp_path.iterdir())
+def same_robot(a, b):
+    """Everything that planning sees of them: kinematics, limits, bodies, pairs, contacts."""
+    assert (a.content, a.name, a.joint_names, a.link_names) == (b.content, b.name, b.joint_names, b.link_names)
+    assert (a.allowed_obstacles, a.pair_table, a.notes) == (b.allowed_obstacles, b.pair_table, b.notes)
+    for limit in ("lower", "upper", "velocity", "acceleration", "effort"):
+        np.testing.assert_array_equal(getattr(a.limits, limit), getattr(b.limits, limit))
+    for part in ("link", "a", "b", "radius"):
+        np.testing.assert_array_equal(getattr(a.capsules, part), getattr(b.capsules, part))
+    np.testing.assert_array_equal(a.self_pairs, b.self_pairs)
+
+
+def test_a_robot_made_in_python_stands_beside_its_scene(tmp_path):
+    robot = robots.load("panda").with_attached(
+        [shapes.Box([0, 0, 0.05], [0.02, 0.03, 0.05])], name="part", allowed=["rack"]
+    )
+    scene = sc.Scene(
+        robot=robot.with_allowed(("panda_link2", "panda_link5"), ("panda_hand", "rack")),
+        start=np.array([0, -0.8, 0, -2.3, 0, 1.5, 0.8]),
+        goal=sc.PoseTarget([0.5, 0.2, 0.6], [0, 1, 0, 0]),
+        obstacles=[
+            shapes.Box([0.6, 0, 0.1], [0.1, 0.2, 0.1], ROTATION, name="rack"),
+            shapes.Mesh([[1, 0, 0], [1, 1, 0], [1, 0, 1]], [[0, 1, 2]], name="sheet"),
+        ],
+    )
+    path = scene.save(tmp_path / "mine.yaml")
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["mine.robot.yaml", "mine.yaml"]
+    again = sc.Scene.load(path)
+    same_robot(scene.robot, again.robot)
+    same(scene.goal, again.goal)
+    for a, b in zip(scene.obstacles, again.obstacles, strict=True):
+        same(a, b)
+    (tmp_path / "deep").mkdir()
+    moved = again.save(tmp_path / "deep" / "copy.yaml")  # the robot's file is named, not copied
+    assert "../mine.robot.yaml" in moved.read_text() and len(list(moved.parent.iterdir())) == 1
+    same_robot(scene.robot, sc.Scene.load(moved).robot)
+
+
+@pytest.mark.parametrize("broken", ["mine.yaml", "mine.robot.yaml"])
+def test_scene_and_robot_are_written_both_or_none(tmp_path, monkeypatch, broken):
+    scene = SCENES["arm"].with_(robot=SCENES["arm"].robot, name="old")
+    path = scene.save(tmp_path / "mine.yaml")
+    before = {p.name: p.read_text() for p in tmp_path.iterdir()}
+    new = scene.with_(name="new", robot=robots.load("srs-arm"), start=np.zeros(7), goal=np.full(7, 0.1))
+    replace = os.replace
+
+    def full_disk(source, target):
+        if os.fspath(target) == os.fspath(tmp_path / broken):
+            monkeypatch.setattr(os, "replace", replace)  # what was there can be put back
+            raise OSError(28, "No space left on device")
+        replace(source, target)
+
+    monkeypatch.setattr(os, "replace", full_disk)
+    with pytest.raises(InputError, match="No space left"):
+        new.save(path)
+    assert {p.name: p.read_text() for p in tmp_path.iterdir()} == before
+    assert sc.Scene.load(new.save(path)).robot.n_joints == 7
 
 
 class TestTrajectory:

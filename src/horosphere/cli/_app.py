@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import inspect
 import sys
 from collections.abc import Sequence
 
@@ -76,10 +75,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _options(words: Sequence[str]) -> list[str]:
     """Names of the options of the command that these words call, as Python writes them."""
     _, apps, _ = build().parse_commands(list(words))
-    function = apps[-1].default_command
-    if function is None:
+    if apps[-1].default_command is None:
         return []
-    return [p.name for p in inspect.signature(function).parameters.values() if p.kind is p.KEYWORD_ONLY]
+    arguments = apps[-1].assemble_argument_collection()
+    return [name[2:].replace("-", "_") for argument in arguments for name in argument.names if name.startswith("--")]
 
 
 class _Usage(Exception):

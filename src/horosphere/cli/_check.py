@@ -10,6 +10,7 @@ from cyclopts import Parameter
 
 from . import _output as out
 from ._plan import certificate_data
+from ._source import NOTHING, MoveIt
 
 CHECKED = ("certificate.json", "report.html")
 _UNTIMED = "the trajectory has no times: mean velocities were not checked, and its waypoints are shown one second apart"
@@ -20,6 +21,7 @@ def check(
     trajectory: Path,
     /,
     *,
+    moveit: MoveIt = NOTHING,
     clearance: float | None = None,
     out_folder: Annotated[Path | None, Parameter(name="--out")] = None,
     json: bool = False,
@@ -33,7 +35,8 @@ def check(
     Parameters
     ----------
     scene
-        A scene file (YAML), or the name of a built-in scene.
+        A scene file (YAML), or the name of a built-in scene (see `horosphere scenes`); or a MoveIt scene: a file, or
+        ARCHIVE:SET/NUMBER.
     trajectory
         An .npz (arrays time and q), .csv (columns time and one per joint) or .mcap file, also of another planner.
     clearance
@@ -44,11 +47,11 @@ def check(
         Print the result as JSON.
     """
     from ..io import load_trajectory, output_folder
-    from ..scenes import Scene, SnakeRobot
+    from ..scenes import SnakeRobot
     from ._plan import checked_options
 
     with out.working("reading"):
-        problem = Scene.load(scene)
+        problem = moveit.load(scene)
         if clearance is not None:
             options = dataclasses.replace(problem.options, **checked_options({"clearance": clearance}))
             problem = problem.with_(options=options)

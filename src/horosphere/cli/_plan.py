@@ -9,6 +9,7 @@ from typing import Annotated, Any, Literal
 from cyclopts import Parameter
 
 from . import _output as out
+from ._source import NOTHING, MoveIt
 
 WRITTEN = ("trajectory.npz", "trajectory.csv", "certificate.json", "report.html")
 
@@ -17,6 +18,7 @@ def plan(
     scene: str,
     /,
     *,
+    moveit: MoveIt = NOTHING,
     out_folder: Annotated[Path | None, Parameter(name="--out")] = None,
     save: tuple[Path, ...] = (),
     clearance: float | None = None,
@@ -32,13 +34,16 @@ def plan(
 
     Example: `horosphere plan humanoid-reach`
 
+    A MoveIt scene needs a robot: `horosphere plan scene0001.yaml --robot panda.urdf`.
+
     Writes trajectory.npz, trajectory.csv, certificate.json and report.html. Exit code 0: solved and certified,
     1: not solved (the reason is printed), 2: bad input.
 
     Parameters
     ----------
     scene
-        A scene file (YAML), or the name of a built-in scene (see `horosphere scenes`).
+        A scene file (YAML), or the name of a built-in scene (see `horosphere scenes`); or a MoveIt scene: a file, or
+        ARCHIVE:SET/NUMBER.
     out_folder
         Folder for the results; out/NAME by default.
     save
@@ -62,10 +67,9 @@ def plan(
         Print the result as JSON.
     """
     from ..io import output_folder
-    from ..scenes import Scene
 
     with out.working("reading the scene"):
-        problem = Scene.load(scene)
+        problem = moveit.load(scene)
     folder = output_folder(out_folder if out_folder is not None else Path("out") / problem.name)
     for path in save:
         _check_ending(path)

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from . import _output as out
+from ._source import NOTHING, MoveIt
 
 
 def show(
@@ -13,6 +14,7 @@ def show(
     trajectory: Path | None = None,
     /,
     *,
+    moveit: MoveIt = NOTHING,
     port: int | None = None,
     seconds: float | None = None,
     json: bool = False,
@@ -26,7 +28,7 @@ def show(
     Parameters
     ----------
     scene
-        A scene file (YAML), or the name of a built-in scene; or a robot.
+        A scene file (YAML), or the name of a built-in scene; or a MoveIt scene: a file, or ARCHIVE:SET/NUMBER; or a robot.
     trajectory
         A motion to show; planned without it.
     port
@@ -38,7 +40,6 @@ def show(
     """
     from ..errors import InputError
     from ..io import load_trajectory
-    from ..scenes import Scene
     from ..viewer import LiveView, RobotView
     from ._check import ordered
 
@@ -48,7 +49,7 @@ def show(
         robot = _robot(scene, reading)
         if robot is not None:
             return _serve(RobotView(robot, port), robot.name, seconds, json)
-        problem = Scene.load(scene)
+        problem = moveit.load(scene)
         motion = None if trajectory is None else ordered(problem, load_trajectory(trajectory), str(trajectory))
     with out.working("starting the view") as progress:
         from ..planning import plan

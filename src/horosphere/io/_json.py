@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ._atomic import writing
+from .._atomic import writing
 
 
 def plain(value: Any) -> Any:

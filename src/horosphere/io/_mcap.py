@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from .._atomic import writing
 from ..errors import InputError
 from ..scenes import Trajectory
-from ._atomic import writing
 
 TOPIC = "/joint_trajectory"
 _TYPE = "trajectory_msgs/msg/JointTrajectory"

@@ -8,9 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
+from .._atomic import writing
 from ..errors import InputError
 from ..scenes import Trajectory
-from ._atomic import writing
 
 TRAJECTORY_ENDINGS = (".npz", ".csv", ".mcap")
 _RATES = ("velocities", "accelerations")

@@ -55,7 +55,7 @@ def bench_mbm(
     `mode`: see MODES. `states_per_rad`: check every path at so many configurations per radian with numpy, independent of
     the compiled code. `progress(set, number, of)` is called before each problem. Raises InputError for a set that cannot be read.
     """
-    from ..scenes._moveit import read_moveit_set
+    from ..scenes._moveit_files import read_moveit_set
 
     how = _checked(mode, clearance, repeats, states_per_rad, time_limit)
     arm = _robot(robot, Path(path), tip)

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from .._atomic import writing
 from ..errors import InputError
 from ._document import LIMIT_NAMES
 from ._robot import LinkPair, Robot
@@ -19,7 +19,7 @@ def save(robot: Robot, path: str | Path) -> None:
     path = Path(path)
     ending = path.suffix.lower()
     if ending in (".yaml", ".yml"):
-        text = _as_yaml(robot)
+        text = as_yaml(robot)
     elif ending == ".urdf":
         from ._urdf_write import as_urdf
 
@@ -30,17 +30,12 @@ def save(robot: Robot, path: str | Path) -> None:
             place=str(path),
             choices=(".yaml", ".urdf"),
         )
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
-    try:
-        temporary.write_text(text, encoding="utf-8")
-        temporary.replace(path)
-    except OSError as error:
-        raise InputError(f"cannot be written: {error.strerror or error}", place=str(path)) from None
-    finally:
-        temporary.unlink(missing_ok=True)
+    with writing(path) as file:
+        file.write(text)
 
 
-def _as_yaml(robot: Robot) -> str:
+def as_yaml(robot: Robot) -> str:
+    """The text of a robot file."""
     import yaml
 
     names = robot.link_names

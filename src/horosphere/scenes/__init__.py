@@ -32,7 +32,7 @@ from ._trajectory import Trajectory as Trajectory
 
 def __getattr__(name: str) -> Any:
     if name in ("MoveItProblem", "read_moveit", "read_moveit_set"):  # read only where such files are
-        from . import _moveit
+        from . import _moveit_files
 
-        return getattr(_moveit, name)
+        return getattr(_moveit_files, name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

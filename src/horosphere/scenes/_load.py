@@ -5,20 +5,26 @@ from __future__ import annotations
 import dataclasses
 import math
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+from ..errors import InputError
 from . import _schema as s
 from ._arms import STAND_INS, read_robot
 from ._bodies import Workspace
 from ._checks import problems
 from ._held import read_allowed, read_held
 from ._library import locate
+from ._moveit_files import ProblemSet, from_document, is_archive, is_moveit, split
+from ._moveit_robot import robot_for
 from ._obstacles_read import read_obstacles
 from ._options import ControlOptions, FieldOptions, Options
 from ._problems import Reader
 from ._scene import Origin, Scene
 from ._targets_read import read_target
-from ._yaml import read_yaml
+from ._yaml import Document, read_yaml
+
+if TYPE_CHECKING:
+    from ..robots import Robot
 
 VERSION = "horosphere/scene"
 FIELDS = (
@@ -38,13 +44,41 @@ FIELDS = (
 )
 
 
-def load_scene(path: str | Path) -> Scene:
-    """The scene in a file, or the built-in one of that name.
+def load_scene(
+    path: str | Path,
+    robot: Robot | str | Path | None = None,
+    tip: str | None = None,
+    srdf: str | Path | None = None,
+    request: str | Path | None = None,
+) -> Scene:
+    """The scene in a file, the built-in one of that name, or that of a MoveIt problem: see `Scene.load`.
 
     Raises SceneError: every problem as file:line:column with the field, what is allowed and what came.
     """
+    place, name = split(path)
+    if name or is_archive(place):
+        found = ProblemSet.read(place)
+        name = found.find(name)
+        problem = found.problem(found.scenes[name], request)
+        return problem.scene(robot_for(problem, robot, tip, srdf), name=name.replace("/", "-"))
     file = locate(path)
-    reader = Reader(read_yaml(file))
+    document = read_yaml(file)
+    if is_moveit(document.data):
+        problem = from_document(file, document, request)
+        return problem.scene(robot_for(problem, robot, tip, srdf), source=str(file.resolve()))
+    given = {"robot": robot, "tip": tip, "srdf": srdf, "request": request}
+    if any(value is not None for value in given.values()):
+        extra = ", ".join(f"`{key}`" for key, value in given.items() if value is not None)
+        raise InputError(
+            f"{extra}: for MoveIt scenes, and this is none",
+            place=str(file),
+            remedy="a scene of ours says it itself (docs/scenes.md)",
+        )
+    return _own_scene(file, document)
+
+
+def _own_scene(file: Path, document: Document) -> Scene:
+    reader = Reader(document)
     data = reader.document.data
     if not isinstance(data, dict):
         reader.fail((), "expected the fields of a scene", remedy=f"a scene starts with `{VERSION}: 1`")

@@ -1,12 +1,8 @@
-"""MoveIt planning scenes and motion-plan requests (YAML of the ROS messages), and sets of them as in MotionBenchMaker."""
+"""What a MoveIt planning scene and its motion-plan request (YAML of the ROS messages) mean for a robot."""
 
 from __future__ import annotations
 
-import re
-import tarfile
-from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,10 +10,12 @@ from numpy.typing import NDArray
 
 from ..errors import InputError
 from ._moveit_contacts import Contacts, HeldObject, allow, hold, read_contacts, read_held
+from ._moveit_frames import Frames, base_pose, check_frames, tool_on
 from ._moveit_node import Node, inverse, pose_of
 from ._moveit_objects import objects_of
-from ._targets import JointTarget, PoseTarget, Target, matrix_quaternion
-from ._yaml import parse_yaml
+from ._options import Options
+from ._targets import JointTarget, PoseTarget, Target, matrix_quaternion, quaternion_matrix
+from ._yaml import Document
 
 if TYPE_CHECKING:
     from ..robots import Robot
@@ -25,7 +23,6 @@ if TYPE_CHECKING:
     from ._scene import Scene
 
 Floats = NDArray[np.float64]
-_FILE = re.compile(r"scene(.*)\.ya?ml\Z")
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,7 +31,8 @@ class MoveItProblem:
 
     `start`: joint values by name; each of `goals` likewise, or a pose of the link `goal_links[k]`. `notes`: what was enclosed
     or left out. `object_ids`: which collision object each obstacle is of. `held`: objects attached to links; `contacts`: the
-    allowed collision matrix; `robot_of` gives a robot both. `base` (4, 4): the robot's base in the world.
+    allowed collision matrix; `robot_of` gives a robot both. `base` (4, 4): the robot's base in the world; `frames`: which names
+    of frames were taken for it, and where they stand. `request`: the file of the goals; `scales`: of velocities and accelerations.
     """
 
     name: str
@@ -50,27 +48,57 @@ class MoveItProblem:
     held: tuple[HeldObject, ...] = ()
     contacts: Contacts = field(default_factory=Contacts)
     base: Floats = field(default_factory=lambda: np.eye(4))
+    frames: tuple[tuple[str, str], ...] = ()
+    request: str = ""
+    scales: tuple[float, float] = (1.0, 1.0)
 
     def start_of(self, robot: Robot) -> Floats:
         """The start (n,) of this robot's joints. Raises InputError if one is missing."""
         return self._joints(self.start, robot, "start_state")
 
     def goal_of(self, robot: Robot, index: int = 0) -> Target:
-        """Goal `index` as a target for this robot."""
+        """Goal `index` as a target for this robot: joints, or the pose of its tool that puts the goal's link where it shall be.
+
+        Raises InputError if there is no goal, or it is for other joints or for a link that moves against the tip.
+        """
         if not self.goals:
             raise InputError(
-                "the problem has no goal", place=self.source, remedy="read it together with its request file"
+                "the request has no goal" if self.request else "the problem has no goal, since it has no request",
+                place=self.request or self.source,
+                remedy="goals are its `goal_constraints`"
+                if self.request
+                else "name the request's file (`request`); request0001.yaml beside scene0001.yaml is found by itself",
             )
         goal = self.goals[index]
-        return goal if isinstance(goal, PoseTarget) else JointTarget(self._joints(goal, robot, "goal_constraints"))
+        if not isinstance(goal, PoseTarget):
+            return JointTarget(self._joints(goal, robot, "goal_constraints"))
+        wanted = np.eye(4)
+        wanted[:3, :3], wanted[:3, 3] = quaternion_matrix(goal.quaternion), goal.position
+        tool = wanted @ tool_on(robot, self.goal_links[index] or robot.link_names[robot.tip], self.request)
+        return PoseTarget(tool[:3, 3], matrix_quaternion(tool[:3, :3]))
 
     def scene(self, robot: Robot, **fields: Any) -> Scene:
-        """As a `Scene` for this robot; `fields` as for the constructor (options, name ...)."""
+        """As a `Scene` for this robot; `fields` as for the constructor (options, name ...).
+
+        The first goal is taken. What was enclosed or left out stands in the robot's notes. Raises InputError at the file for
+        what does not fit this robot.
+        """
         from ._scene import Scene
 
-        fields = {"name": self.name, "source": self.source, **fields}
-        start = JointTarget(self.start_of(robot))
-        return Scene(self.robot_of(robot), start, self.goal_of(robot), self.world, **fields)
+        options = Options(velocity_scale=self.scales[0], acceleration_scale=self.scales[1])
+        fields = {"name": self.name, "source": self.source, "options": options, **fields}
+        start, goal = JointTarget(self.start_of(robot)), self.goal_of(robot)
+        notes = list(self.notes)
+        if len(self.goals) > 1:
+            notes.append(f"the request has {len(self.goals)} goals; this is the motion to the first")
+        holding = self.robot_of(robot)
+        holding = replace(holding, notes=(*holding.notes, *notes)) if notes else holding
+        try:
+            return Scene(holding, start, goal, self.world, **fields)
+        except InputError as error:
+            place = (error.place or "").removeprefix("Scene.").split(".")[0]
+            place = f"{self.request if place in ('start', 'goal') and self.request else self.source}: {place}"
+            raise InputError(error.message, place=place, remedy=error.remedy, choices=error.choices) from None
 
     @property
     def world(self) -> tuple[Shape, ...]:
@@ -82,8 +110,9 @@ class MoveItProblem:
         """The robot with the attached objects of the scene and the contacts that its allowed collision matrix permits.
 
         Its notes say which names are not known. An own entry of a pair counts before defaults, as in MoveIt 2. Raises
-        InputError at the place of an object that hangs on no link of this robot.
+        InputError at the place of an object that hangs on no link of this robot, or is stated in the frame of one that moves.
         """
+        check_frames(self.frames, robot)
         objects: dict[str, list[Shape]] = {}
         for shape, name in zip(self.obstacles, self.object_ids):
             objects.setdefault(name, []).append(shape)
@@ -98,115 +127,58 @@ class MoveItProblem:
         if missing:
             raise InputError(
                 f"{what} has no value for {', '.join(map(repr, missing))} of robot {robot.name!r}",
-                place=self.source,
+                place=self.request or self.source,
                 remedy=f"the problem is for robot {self.robot_name!r}" if self.robot_name else None,
                 choices=sorted(values),
             )
         return np.array([values[name] for name in robot.joint_names])
 
 
-def read_moveit(scene: str | Path, request: str | Path | None = None) -> MoveItProblem:
-    """One problem from a planning-scene file and its request file (default: `request*` beside `scene*`, if it is there)."""
-    path = Path(scene)
-    match = _FILE.match(path.name)
-    if request is None and match:
-        beside = path.with_name(path.name.replace("scene", "request", 1))
-        request = beside if beside.is_file() else None
-    texts = [_text(path), None if request is None else _text(Path(request))]
-    return _problem(path.stem, str(path), texts[0] or "", None if request is None else str(request), texts[1])
-
-
-def read_moveit_set(path: str | Path) -> Iterator[tuple[str, MoveItProblem]]:
-    """(set, problem) for all `scene*.yaml` with their `request*.yaml` under a folder or in a .tar(.gz, .bz2, .xz), in order.
-
-    The set is the name of the folder that holds the files. Raises InputError (file:line:column) at the first bad one.
-    """
-    place = Path(path)
-    if place.is_dir():
-        files = {p.relative_to(place).as_posix(): p for p in place.rglob("*") if p.suffix in (".yaml", ".yml")}
-        yield from _pairs(str(place), files, lambda p: _text(p))
-        return
-    if not place.is_file():
-        raise InputError("no such file or folder", place=str(path))
-    if place.suffix in (".yaml", ".yml"):
-        yield place.parent.name, read_moveit(place)
-        return
-    try:
-        with tarfile.open(place) as archive:
-            members = {m.name: m for m in archive.getmembers() if m.isfile()}
-            # read in the order of the archive: seeking back in a compressed one would unpack it again each time
-            texts = {name: archive.extractfile(m).read() for name, m in members.items()}  # type: ignore[union-attr]
-    except (tarfile.TarError, EOFError, OSError) as error:
-        raise InputError(
-            f"not a readable archive: {str(error).splitlines()[0]}",
-            place=str(path),
-            choices=(".tar", ".tar.gz", ".tar.bz2", ".tar.xz"),
-        ) from None
-    yield from _pairs(str(place), texts, lambda raw: raw.decode("utf-8"))
-
-
-def _pairs(place: str, files: dict[str, Any], read: Any) -> Iterator[tuple[str, MoveItProblem]]:
-    scenes = sorted(name for name in files if _FILE.match(name.rsplit("/", 1)[-1]))
-    if not scenes:
-        raise InputError(
-            "no scene*.yaml in it", place=place, remedy="expected MoveIt planning scenes, as in MotionBenchMaker"
-        )
-    for name in scenes:
-        folder, _, file = name.rpartition("/")
-        request = f"{folder}/{file.replace('scene', 'request', 1)}".lstrip("/")
-        text = read(files[request]) if request in files else None
-        problem = _problem(file.rsplit(".", 1)[0], f"{place}/{name}", read(files[name]), f"{place}/{request}", text)
-        yield folder.rsplit("/", 1)[-1], problem
-
-
-def _text(path: Path) -> str:
-    try:
-        return path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"cannot be read: {getattr(error, 'strerror', None) or error}", place=str(path)) from None
-
-
-def _problem(name: str, scene_place: str, scene: str, request_place: str | None, request: str | None) -> MoveItProblem:
-    document = Node.root(parse_yaml(scene, scene_place))
-    wanted = None if request is None else Node.root(parse_yaml(request, request_place or ""))
-    notes: list[str] = []
-    start = _joint_state(document.get("robot_state"))
-    base = _base_pose(document.get("robot_state"))
+def problem_of(name: str, scene: Document, request: Document | None = None) -> MoveItProblem:
+    """One problem from the YAML of its scene and its request. Raises InputError at file:line:column."""
+    document, wanted = Node.root(scene), None if request is None else Node.root(request)
+    state, asked = document.get("robot_state"), None if wanted is None else wanted.get("start_state")
+    frames = Frames(base_pose(asked) if base_pose(asked) is not None else base_pose(state), document)
     goals: list[dict[str, float] | PoseTarget] = []
     links: list[str] = []
+    for constraints in [] if wanted is None else wanted.items("goal_constraints"):
+        goal, link = _goal(constraints, frames)
+        goals.append(goal)
+        links.append(link)
     if wanted is not None:
-        state = wanted.get("start_state")
-        start |= _joint_state(state)
-        base = _base_pose(state) if state is not None and state.get("multi_dof_joint_state") is not None else base
-        for constraints in wanted.items("goal_constraints"):
-            goal, link = _goal(constraints, base)
-            goals.append(goal)
-            links.append(link)
-    states = [document.get("robot_state"), None if wanted is None else wanted.get("start_state")]
-    held, contacts = read_held(states, notes), read_contacts(document.get("allowed_collision_matrix"))
+        _refuse_constraints(wanted)
+    notes = _padding(document)
     world = document.get("world")
-    octomap = None if world is None else world.get("octomap")
+    if world is None:
+        raise document.error(
+            "no field 'world': what stands round the robot is not said",
+            "where there is nothing, `world: {collision_objects: []}`",
+        )
+    octomap = world.get("octomap")
     if octomap is not None and octomap.get("octomap") is not None and octomap.get("octomap").items("data"):
         raise octomap.error("octomaps are not read", "give the occupied cells as a point cloud or boxes")
     obstacles: list[Shape] = []
     ids: list[str] = []
-    for item in world.items("collision_objects") if world is not None else ():
-        obstacles += objects_of(item, inverse(base), notes)
+    for item in world.items("collision_objects"):
+        obstacles += objects_of(item, inverse(frames.base) @ frames.pose(item), notes)
         ids += [str(item.plain("id") or "")] * (len(obstacles) - len(ids))
     return MoveItProblem(
-        name,
-        tuple(obstacles),
-        start,
-        tuple(goals),
-        tuple(links),
-        str(document.plain("robot_model_name") or ""),
-        str(wanted.plain("group_name") or "") if wanted is not None else "",
-        scene_place,
-        tuple(notes),
-        tuple(ids),
-        held,
-        contacts,
-        base,
+        name=name,
+        obstacles=tuple(obstacles),
+        start=_joint_state(state) | _joint_state(asked),
+        goals=tuple(goals),
+        goal_links=tuple(links),
+        robot_name=str(document.plain("robot_model_name") or ""),
+        group="" if wanted is None else str(wanted.plain("group_name") or ""),
+        source=scene.path,
+        notes=tuple(notes),
+        object_ids=tuple(ids),
+        held=read_held([state, asked], notes),
+        contacts=read_contacts(document.get("allowed_collision_matrix")),
+        base=frames.base,
+        frames=tuple(frames.of_base.items()),
+        request="" if request is None else request.path,
+        scales=(_scale(wanted, "max_velocity_scaling_factor"), _scale(wanted, "max_acceleration_scaling_factor")),
     )
 
 
@@ -220,14 +192,41 @@ def _joint_state(state: Node | None) -> dict[str, float]:
     return {str(name): float(x) for name, x in zip(names.value, positions)}
 
 
-def _base_pose(state: Node | None) -> Floats:
-    """Where the robot stands in the world: the first transform of its virtual joint."""
-    joints = None if state is None else state.get("multi_dof_joint_state")
-    transforms = [] if joints is None else joints.items("transforms")
-    return pose_of(transforms[0]) if transforms else np.eye(4)
+def _scale(request: Node | None, name: str) -> float:
+    """A factor of the joints' limits; as in MoveIt, what is not in (0, 1] is no factor."""
+    node = None if request is None else request.get(name)
+    if node is None:
+        return 1.0
+    if isinstance(node.value, bool) or not isinstance(node.value, int | float):
+        raise node.error(f"expected a number, got {node.value!r}")
+    return float(node.value) if 0.0 < node.value <= 1.0 else 1.0
 
 
-def _goal(constraints: Node, base: Floats) -> tuple[dict[str, float] | PoseTarget, str]:
+def _refuse_constraints(request: Node) -> None:
+    """A motion that is certified must not break a wish that was not read."""
+    kinds = ("joint_constraints", "position_constraints", "orientation_constraints", "visibility_constraints")
+    wishes = [request.get("path_constraints")]
+    wishes += (
+        []
+        if request.get("trajectory_constraints") is None
+        else request.get("trajectory_constraints").items("constraints")
+    )
+    for wish in wishes:
+        if wish is not None and any(wish.items(kind) for kind in kinds):
+            raise wish.error("constraints on the way are not kept by this planner", "take them out of the request")
+
+
+def _padding(scene: Node) -> list[str]:
+    """A note if the scene wants links thicker than they are."""
+    usual = {"link_padding": ("padding", 0.0), "link_scale": ("scale", 1.0)}
+    return [
+        f"{name} is not applied ({', '.join(links)}); ask for a clearance instead"
+        for name, (key, value) in usual.items()
+        if (links := [str(x.plain("link_name")) for x in scene.items(name) if x.plain(key) not in (None, value)])
+    ]
+
+
+def _goal(constraints: Node, frames: Frames) -> tuple[dict[str, float] | PoseTarget, str]:
     joints = {
         str(item.need("joint_name").value): float(item.need("position").value)
         for item in constraints.items("joint_constraints")
@@ -245,8 +244,11 @@ def _goal(constraints: Node, base: Floats) -> tuple[dict[str, float] | PoseTarge
         raise positions[0].error(f"expected one primitive pose, got {len(regions)}")
     pose = pose_of(regions[0])
     pose[:3, :3] = pose_of(turns[0])[:3, :3]
+    place, turn = frames.pose(positions[0]), frames.pose(turns[0])
+    pose[:3, 3] = place[:3, :3] @ pose[:3, 3] + place[:3, 3]
+    pose[:3, :3] = turn[:3, :3] @ pose[:3, :3]
     if positions[0].plain("target_point_offset") is not None:
         offset = positions[0].need("target_point_offset").numbers(3, ("x", "y", "z"))
         pose[:3, 3] -= pose[:3, :3] @ offset
-    pose = inverse(base) @ pose
+    pose = inverse(frames.base) @ pose
     return PoseTarget(pose[:3, 3], matrix_quaternion(pose[:3, :3])), str(positions[0].plain("link_name") or "")

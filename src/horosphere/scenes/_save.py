@@ -9,8 +9,11 @@ from typing import Any
 
 import numpy as np
 
+from .._atomic import writing, writing_set
 from ..errors import InputError
-from ._bodies import Aerofoil, EllipsoidND, PointRobot, SnakeRobot, Star, UnicycleRobot
+from ..robots import Robot
+from ..robots._save import as_yaml
+from ._bodies import Aerofoil, EllipsoidND, PointRobot, SnakeRobot, Star
 from ._options import ControlOptions, FieldOptions, Options
 from ._targets import (
     GripperPlaneTarget,
@@ -27,26 +30,25 @@ from ._targets import (
 
 
 def save_scene(scene: Any, path: str | Path) -> Path:
-    """Writes `scene`; the file is complete or not there (written under a temporary name, then renamed)."""
+    """Writes `scene`, and beside it NAME.robot.yaml where its robot is no file; both are complete or nothing is changed."""
     path = Path(path)
-    text = dump(document(scene, path.resolve().parent))
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
-    try:
-        temporary.write_text(text, encoding="utf-8")
-        os.replace(temporary, path)
-    except OSError as error:
-        raise InputError(f"cannot be written: {error.strerror}", place=str(path)) from None
-    finally:
-        temporary.unlink(missing_ok=True)
+    model = f"{path.stem}.robot.yaml"
+    texts = {path.name: dump(document(scene, path.resolve().parent, model))}
+    if _is_model(scene):
+        texts[model] = as_yaml(scene.robot)
+    with writing_set(path.parent, tuple(texts)) as stage:
+        for name, text in texts.items():
+            with writing(stage / name) as file:
+                file.write(text)
     return path
 
 
-def document(scene: Any, folder: Path) -> dict[str, Any]:
-    """The fields of the scene file, with paths relative to `folder`."""
+def document(scene: Any, folder: Path, model: str = "") -> dict[str, Any]:
+    """The fields of the scene file, with paths relative to `folder`; `model`: file of a robot that is none."""
     data: dict[str, Any] = {"horosphere/scene": 1, "name": scene.name}
     if scene.description:
         data["description"] = scene.description
-    data["robot"] = _robot(scene, folder)
+    data["robot"] = {"file": model} if _is_model(scene) else _robot(scene, folder)
     data["start"], data["goal"] = target_fields(scene.start), target_fields(scene.goal)
     specs = scene.origin.obstacles or (None,) * len(scene.obstacles)
     if scene.obstacles:
@@ -54,9 +56,9 @@ def document(scene: Any, folder: Path) -> dict[str, Any]:
             _relative(spec, folder) if spec else obstacle_fields(obstacle)
             for spec, obstacle in zip(specs, scene.obstacles, strict=True)
         ]
-    if scene.origin.attached:
+    if scene.origin.attached and not _is_model(scene):  # a robot file holds what hangs on it, and what it may touch
         data["attached"] = [_relative(spec, folder) for spec in scene.origin.attached]
-    if scene.origin.allowed:
+    if scene.origin.allowed and not _is_model(scene):
         data["allowed_obstacles"] = [list(pair) for pair in scene.origin.allowed]
     if scene.workspace is not None:
         data["workspace"] = {"center": _list(scene.workspace.center), "radius": float(scene.workspace.radius)}
@@ -90,14 +92,14 @@ def _robot(scene: Any, folder: Path) -> Any:
             "wheel_fraction": robot.wheel_fraction,
             "width": robot.width,
         }
-    if isinstance(robot, (PointRobot, UnicycleRobot)):
-        values = dataclasses.asdict(robot)
-        return {"type": values.pop("name"), **values}
-    raise InputError(
-        f"the robot {robot.name!r} was given as an object; a file needs a name or a URDF path",
-        place="Scene.robot",
-        remedy="build the scene with robot='NAME', or load it from a file with `urdf:`",
-    )
+    values = dataclasses.asdict(robot)
+    del values["name"]
+    return {"type": "point" if isinstance(robot, PointRobot) else "unicycle", **values}
+
+
+def _is_model(scene: Any) -> bool:
+    """Is the robot a value of Python, which no file and no name stands for?"""
+    return isinstance(scene.robot, Robot) and scene.origin.robot is None
 
 
 def target_fields(target: Target) -> dict[str, Any]:
@@ -152,12 +154,8 @@ def obstacle_fields(o: Any) -> dict[str, Any]:
     if isinstance(o, shapes.HalfSpace):
         return {"type": "half-space", **named, "normal": _list(o.normal), "distance": float(o.distance)}
     if isinstance(o, shapes.Mesh):
-        return {
-            "type": "mesh",
-            **named,
-            "vertices": np.asarray(o.vertices).tolist(),
-            "faces": np.asarray(o.faces).tolist(),
-        }
+        fill = {} if o.is_watertight else {"fill": "surface"}  # what is open has no inside
+        return {"type": "mesh", **named, **fill, "vertices": o.vertices.tolist(), "faces": o.faces.tolist()}
     if isinstance(o, shapes.PointCloud):
         radius = np.unique(o.radius).tolist() if np.ptp(o.radius) == 0.0 else np.asarray(o.radius).tolist()
         values = {"points": np.asarray(o.points).tolist(), "radius": radius[0] if len(radius) == 1 else radius}

@@ -89,14 +89,30 @@ class Scene:
         return dataclasses.replace(self, **changes)
 
     @staticmethod
-    def load(path: str | Path) -> Scene:
-        """The scene in a file, or the built-in one of that name; SceneError with every problem as file:line:column."""
+    def load(
+        path: str | Path,
+        *,
+        robot: Robot | str | Path | None = None,
+        tip: str | None = None,
+        srdf: str | Path | None = None,
+        request: str | Path | None = None,
+    ) -> Scene:
+        """The scene in a file, the built-in one of that name, or that of a MoveIt problem.
+
+        A MoveIt planning scene is known by its content, as a file or as PATH:SET/NUMBER in an archive (.tar, .tar.gz, .tar.bz2,
+        .tar.xz) or a folder. It needs a `robot` (a Robot, a URDF, a robot file, a built-in name); `tip` and `srdf` are for a URDF;
+        `request` is its motion-plan request, by default request* beside scene*. Raises SceneError with every problem as
+        file:line:column, InputError for MoveIt files.
+        """
         from ._load import load_scene
 
-        return load_scene(path)
+        return load_scene(path, robot, tip, srdf, request)
 
     def save(self, path: str | Path) -> Path:
-        """Writes the scene as YAML, paths relative to the file; returns the path."""
+        """Writes the scene as YAML, paths relative to the file; returns the path.
+
+        A robot that was made in Python, or holds what a MoveIt scene says, is written beside it as NAME.robot.yaml.
+        """
         from ._save import save_scene
 
         return save_scene(self, path)

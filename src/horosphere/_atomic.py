@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import IO, Any
 
-from ..errors import InputError
+from .errors import InputError
 
 
 @contextmanager
@@ -43,6 +43,7 @@ def writing_set(folder: str | Path, names: Sequence[str]) -> Iterator[Path]:
     """
     folder = Path(folder)
     stage = folder / f".horosphere.{os.getpid()}.tmp"
+    earlier = stage / "earlier"
     try:
         stage.mkdir()
         try:
@@ -52,11 +53,18 @@ def writing_set(folder: str | Path, names: Sequence[str]) -> Iterator[Path]:
                 raise
             place = str(folder / Path(error.place).name)
             raise InputError(error.message, place=place, remedy=error.remedy, choices=error.choices) from None
-        for name in names:
-            if (stage / name).exists():
-                os.replace(stage / name, folder / name)
-            else:
-                (folder / name).unlink(missing_ok=True)
+        earlier.mkdir()
+        try:
+            for name in names:
+                if (folder / name).is_file():
+                    os.replace(folder / name, earlier / name)
+                if (stage / name).exists():
+                    os.replace(stage / name, folder / name)
+        except BaseException:
+            for name in names:
+                if (earlier / name).exists():
+                    os.replace(earlier / name, folder / name)
+            raise
     except OSError as error:
         raise InputError(f"cannot be written: {error.strerror or error}", place=str(folder)) from None
     finally:
