@@ -7,7 +7,7 @@ import structured_arms as arms
 from horosphere.distance import signed
 from horosphere.errors import InputError
 from horosphere.kinematics import GripperOnPlane, elbow_arcs, forward, free_arcs, inverse, limit_arcs, roomiest
-from horosphere.kinematics._free_arcs import redundancy
+from horosphere.kinematics._redundant import redundancy
 from horosphere.robots import Capsules, humanoid_arm, load
 from horosphere.shapes import Ball
 
