@@ -291,7 +291,10 @@ def judge(J, C, L, K, S, P, F, need, own, middle, half, reach, state):
                 limit = max(K[i, 6] + need + moved, 1e-9)  # further away it makes no difference
                 d = segment_distance(
                     S, j, X[i, 0], X[i, 1], X[i, 2], X[i, 3], X[i, 4], X[i, 5], F[0], F[1], limit
-                )[0] - K[i, 6]  # fmt: skip
+                )[0]  # fmt: skip
+                if d >= limit:
+                    continue
+                d -= K[i, 6]
                 if d - moved < need:
                     free = False
                     if d + moved < need:
