@@ -9,16 +9,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..distance import allowance, pack_obstacles, pack_robot
+from ..distance import allowance, pack_obstacles, pack_robot, rounding_slack
 from ..errors import InputError
 from ..numeric import float_array
 from ..robots import Robot
-from ..shapes import Packed
 
 Floats = NDArray[np.float64]
 RESOLUTION = 1e-9
-ITERATED = 1e-9
-CYLINDER, ELLIPSOID = 2.0, 4.0  # first column of a packed solid, see shapes.pack
 MAX_GAPS = 256
 
 
@@ -151,15 +148,3 @@ def clearance_bound(
         violation, evaluations = point(), evaluations + int(out[6])
         unresolved = ()
     return ClearanceBound(lower, upper, float(margin), nearest, violation, unresolved, slack, evaluations)
-
-
-def rounding_slack(constants: Floats, capsules: Floats, solids: Packed, waypoints: Floats) -> float:
-    """What float64 can lose in a bound (m): 108 units of rounding for each frame of the coordinates and joint values in play.
-
-    Derived in docs/certificate.md. Distances to cylinders and ellipsoids are the result of an iteration, which gets 1e-9 m.
-    """
-    reach = float(np.linalg.norm(constants[:, 9:12], axis=1).sum() + np.abs(capsules).max(initial=0.0))
-    finite = solids.rows[:, 1:5][np.isfinite(solids.rows[:, 1:5])]
-    scale = reach + float(np.abs(finite).max(initial=0.0)) + float(np.abs(waypoints).max(initial=0.0)) * max(reach, 1.0)
-    iterated = ITERATED if np.isin(solids.rows[:, 0], (CYLINDER, ELLIPSOID)).any() else 0.0
-    return 108.0 * 2.0**-53 * len(constants) * (1.0 + scale) + iterated

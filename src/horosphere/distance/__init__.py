@@ -1,6 +1,7 @@
 """Signed distances between a robot and obstacles, exact, with gradients; metres."""
 
 from ._pack import pack_robot as pack_robot
+from ._pack import rounding_slack as rounding_slack
 from ._signed import allowance as allowance
 from ._signed import clearance as clearance
 from ._signed import pack_obstacles as pack_obstacles

@@ -9,9 +9,12 @@ from numpy.typing import NDArray
 
 from ..robots import Robot
 from ..robots._placement import rotation_translation
+from ..shapes import Packed
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
+ITERATED = 1e-9
+CYLINDER, ELLIPSOID = 2.0, 4.0  # first column of a packed solid, see shapes.pack
 KIND_NUMBER = {"fixed": 0, "revolute": 1, "prismatic": 2}
 
 
@@ -95,3 +98,15 @@ def _self_pairs(robot: Robot, frames: Integers, parents: list[int]) -> Integers:
                     up, down = (parents[up], down) if up > down else (up, parents[down])
                 rows.append((i, j, up))
     return np.array(rows, np.int64).reshape(-1, 3)
+
+
+def rounding_slack(constants: Floats, capsules: Floats, solids: Packed, q: Floats) -> float:
+    """What float64 can lose in a bound (m): 108 units of rounding for each frame of the coordinates and joint values in play.
+
+    Derived in docs/certificate.md. Distances to cylinders and ellipsoids are the result of an iteration, which gets 1e-9 m.
+    """
+    reach = float(np.linalg.norm(constants[:, 9:12], axis=1).sum() + np.abs(capsules).max(initial=0.0))
+    finite = solids.rows[:, 1:5][np.isfinite(solids.rows[:, 1:5])]
+    scale = reach + float(np.abs(finite).max(initial=0.0)) + float(np.abs(q).max(initial=0.0)) * max(reach, 1.0)
+    iterated = ITERATED if np.isin(solids.rows[:, 0], (CYLINDER, ELLIPSOID)).any() else 0.0
+    return 108.0 * 2.0**-53 * len(constants) * (1.0 + scale) + iterated

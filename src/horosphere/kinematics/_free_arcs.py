@@ -1,114 +1,29 @@
-"""The part of a redundancy on which a branch keeps its joints inside the limits and its links clear, decided between samples too.
+"""The part of a redundancy on which a branch keeps its joints inside the limits and its bodies clear, decided between samples too.
 
-Samples of a branch are points of a curve in joint space on which the task stays fixed. Between two of them the curve is bounded
-by the smallest singular value of the task's Jacobian: see `_short`. What cannot be decided above the resolution counts as not free.
+Pieces of a branch are enclosed in tubes of joint space and judged whole, see `_arc_kernels`; those that are neither free nor
+blocked are halved. What cannot be decided above the resolution counts as not free.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..distance import allowance, pack_obstacles, pack_robot, rounding_slack, table
 from ..errors import InputError
-from ..versors import Motor
-from ._arcs import Arcs, _balls
-from ._existence import phi_candidates, q7_candidates
-from ._forward import frames
-from ._jacobian import jacobian
-from ._targets import GripperOnPlane, pose_motor
+from ..numeric import float_array
+from ._arcs import Arcs
+from ._redundant import Redundancy, redundancy
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
-_STRETCH = 1.0 / np.cos(np.pi / 6.0)  # arc over chord inside the ball of `_short`
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Redundancy:
-    """The branches of one target as functions of its redundancy, and what bounds them.
-
-    rows(values (m,)) -> q (m, branches, n), exists (m, branches). ends: sorted angles between which every branch exists or
-    does not. task(q (m, n)) -> (m, k, n) Jacobian of what stays fixed, with k = n - 1, lengths in units of the reach.
-    bend: a Lipschitz constant of it. parameter: "psi", "q7", "q1" or "phi".
-    """
-
-    robot: Any
-    parameter: str
-    branches: int
-    ends: Floats
-    rows: Callable[[Floats], tuple[Floats, Bools]]
-    task: Callable[[Floats], Floats]
-    bend: float
-
-
-def redundancy(robot: Any, target: Any) -> Redundancy:
-    """The redundancy of one target. InputError for a robot without one and for a batch of targets."""
-    from ._classify import classify
-
-    structure = classify(robot)
-    if structure.name == "humanoid_arm":
-        return _of_humanoid(robot, target)
-    if structure.parameter is None:
-        raise InputError(
-            f"the inverse kinematics of {robot.name!r} ({structure.name}) has no redundancy in an angle",
-            place="robot", remedy="this is for 7-joint arms of the kinds srs7 and sew7 and for the 5-DOF humanoid arm",
-        )  # fmt: skip
-    from ._redundancy import _psi_candidates
-    from ._structured import solver
-
-    made, motor = solver(robot), pose_motor(target)
-    if motor.ndim != 1:
-        raise InputError(f"expected one pose, got a batch of shape {motor.shape[:-1]}", place="target")
-    ends = _psi_candidates(made, motor) if made.structure.name == "srs7" else q7_candidates(made, motor)
-
-    def rows(values: Floats) -> tuple[Floats, Bools]:
-        poses = np.array(np.broadcast_to(motor, (len(values), 8)))
-        poses.setflags(write=False)
-        q, valid, *_ = made.rows(poses, np.ascontiguousarray(values), np.zeros((len(values), 7)))
-        return q, valid
-
-    _, span, bend = _sizes(robot)
-
-    def task(q: Floats) -> Floats:
-        J = jacobian(robot, q).copy()
-        J[..., 3:, :] /= span
-        return J
-
-    return Redundancy(robot, str(made.structure.parameter), 8, ends, rows, task, bend)
-
-
-def _of_humanoid(robot: Any, target: Any) -> Redundancy:
-    from ._humanoid import arm_parameters, humanoid_inverse, wrists
-
-    if not isinstance(target, GripperOnPlane) or target.point.ndim != 1 or target.normal.ndim != 1:
-        raise InputError(
-            "expected one GripperOnPlane target", place="target", remedy="a whole pose leaves this arm no freedom"
-        )
-    arm, point, normal = arm_parameters(robot.closed_form[1]), target.point, target.normal
-    three = np.array([[0.0], [0.5 * np.pi], [np.pi]])
-    circle, _ = wrists(arm, np.tile(point, (3, 1)), np.tile(normal, (3, 1)), three)
-    _, span, bend = _sizes(robot)
-
-    def rows(values: Floats) -> tuple[Floats, Bools]:
-        found = humanoid_inverse(robot, target, phi=values)
-        return found.q, found.valid
-
-    def task(q: Floats) -> Floats:
-        J = jacobian(robot, q)
-        from ._humanoid import wrist_and_tip
-
-        wrist, tip = wrist_and_tip(arm, q)
-        tilt = np.cross((tip - wrist) / arm[4], normal)  # of the gripper towards the plane, by a turn about each axis
-        return np.concatenate(
-            [J[..., 3:, :] / span, np.einsum("...i,...ij->...j", tilt, J[..., :3, :])[..., None, :]], -2
-        )
-
-    # The row of the tilt: |d (n . (w_j x g)) / d q_i| <= 1 for all joints.
-    bend = float(np.hypot(bend, robot.n_joints))
-    return Redundancy(robot, "phi", 8, phi_candidates(arm, point, circle), rows, task, bend)
+Integers = NDArray[np.int64]
+_FIRST = 4  # pieces of an interval to begin with
+_EDGE = 1e-5  # of theta: how near to the end of an interval its first piece begins
+_SHORTEST = np.array([1e-4, 1e-7])  # of theta: pieces with an end where the branch does not exist, and all others
 
 
 def free_arcs(
@@ -117,171 +32,196 @@ def free_arcs(
     obstacles: Any = (),
     clearance: float = 0.0,
     *,
+    self_clearance: float | None = None,
     limits: bool = True,
     resolution: float = 1e-3,
 ) -> tuple[Arcs, ...]:
     """For every branch the values of its redundancy (psi, q7, q1 or phi) at which it exists, keeps inside the joint limits and
-    its links at least `clearance` metres from sphere obstacles.
+    its bodies at least `clearance` metres from the obstacles.
 
-    target: one pose, or one GripperOnPlane of the 5-DOF humanoid arm. obstacles: spheres, as `shapes.as_shapes` takes them.
-    Where branches begin and end to exist is in closed form; the rest is sampled, and proved between the samples: parts that
-    cannot be proved at `resolution` radians (of joint motion between samples, at least 1e-6) count as not free. Rows in the
-    order of `inverse(...).branch`. Self-collision is not part of it. Our derivation, docs/inverse-kinematics.md.
-    Raises InputError for a robot without redundancy, a batch of targets, obstacles that are not spheres.
+    target: one pose, or one GripperOnPlane of the 5-DOF humanoid arm. obstacles: what `shapes.as_shapes` takes, all kinds; as in
+    `certify`, bodies that no joint moves meet none, and contacts that the robot allows are not looked at. self_clearance: the
+    metres wanted between its own links (`robot.self_pairs`); None leaves these out. Rows in the order of `inverse(...).branch`.
+
+    Where branches begin and end to exist is in closed form; the rest is sampled and proved between the samples, in float64 with
+    a rounding slack: all of a returned arc is free. Parts that cannot be decided in pieces of `resolution` radians of joint motion
+    (at least 1e-6) count as not free: each end of an arc lies about that far inside, and a gap or an arc shorter than that may be
+    missed. A tenth of it costs three to four halvings more at each end, some 0.1 ms in all.
+    Our derivation, docs/inverse-kinematics.md. Raises InputError for a robot without redundancy and a batch of targets.
     """
     if not resolution >= 1e-6:
         raise InputError(f"expected a resolution of at least 1e-6 radians, got {resolution}", place="resolution")
     one = redundancy(robot, target)
-    values = Constraints(robot, obstacles, clearance, limits)
-    middle, half = 0.5 * (one.ends[1:] + one.ends[:-1]), 0.5 * np.diff(one.ends)
-    _, exists = one.rows(middle)
-    interval, branch = np.nonzero(exists)
-    # An interval is run through by theta in [0, pi], value = middle - half cos(theta): finite speed where branches merge.
-    first = np.linspace(0.0, np.pi, 17)
-    low, high = np.tile(first[:-1], len(interval)), np.tile(first[1:], len(interval))
-    interval, branch = np.repeat(interval, 16), np.repeat(branch, 16)
-    at = lambda theta, k: middle[k] - half[k] * np.cos(theta)
-    sample = lambda theta, k, b: _Samples.of(one, values, at(theta, k), at(theta + 1e-4, k), b)
-    left, right = sample(low, interval, branch), sample(high, interval, branch)
-    free: list[tuple[int, float, float]] = []
-    while len(low):
-        chord = np.sqrt(((right.q - left.q) ** 2).sum(axis=-1))
-        short = _short(one, left, right, chord)
-        drift = _STRETCH * chord[:, None] * values.speed
-        clear = (
-            short & (left.f + right.f > drift).all(axis=-1) & (left.f > 0.0).all(axis=-1) & (right.f > 0.0).all(axis=-1)
-        )
-        blocked = short & ((left.f < 0.0) & (right.f < 0.0) & (left.f + right.f < -drift)).any(axis=-1)
-        for k in np.flatnonzero(clear):
-            free.append((int(branch[k]), float(at(low[k], interval[k])), float(at(high[k], interval[k]))))
-        split = ~clear & ~blocked & ((chord > resolution) | (high - low > 0.05))
-        split &= high - low > 1e-9
-        theta = 0.5 * (low[split] + high[split])
-        centre = sample(theta, interval[split], branch[split])
-        left, right = left.take(split).joined(centre), centre.joined(right.take(split))
-        low, high = np.concatenate([low[split], theta]), np.concatenate([theta, high[split]])
-        interval, branch = np.tile(interval[split], 2), np.tile(branch[split], 2)
-    words = "no value keeps this branch " + ("inside the joint limits" if limits else "within reach")
-    if len(values.radii):
-        words += f" and {clearance:g} m from the obstacles"
-    return tuple(_joined([(a, b) for k, a, b in free if k == j], words) for j in range(one.branches))
+    room = _Room.of(one, obstacles, clearance, self_clearance, limits)
+    words = "no value keeps this branch " + " and ".join(room.wishes)
+    pieces = _Pieces.first(one)
+    if len(pieces.low):
+        contact = room.contact_of_the_tool(pieces.a[0])
+        if contact:
+            return (Arcs(np.zeros((0, 2)), contact),) * one.branches
+    free = []
+    while len(pieces.low):
+        centre = 0.5 * (pieces.low + pieces.high)
+        between, exists = _postures(one, pieces, centre)
+        state, chord = room.judged(pieces, between, exists)
+        found = state == _FREE
+        free.append(np.array([x[found] for x in (pieces.branch, pieces.interval, pieces.low, pieces.high)]))
+        width, whole = pieces.high - pieces.low, pieces.starts & pieces.ends & exists
+        split = (state < _OUTSIDE) & ((chord > resolution) | (width > 0.05)) & (width > _SHORTEST[whole.astype(int)])
+        pieces = pieces.halved(split, centre, between, exists)
+    branch, interval, low, high = np.concatenate([np.zeros((4, 0)), *free], axis=1)
+    low, high = (_value(one, interval.astype(np.int64), theta) for theta in (low, high))
+    return tuple(_joined(low[branch == j], high[branch == j], words) for j in range(one.branches))
 
 
-def _short(one: Redundancy, left: _Samples, right: _Samples, chord: Floats) -> Bools:
-    """Where the curve between two samples is their chord, but for a factor 1 / cos 30.
-
-    With J the task's Jacobian at the left sample, s its smallest singular value and H = one.bend, two points x, y of the level
-    set within s / 2H of it have |J (y - x)| <= s |y - x| / 2: the set is there the graph of one curve over the tangent, at most
-    30 degrees from it. The right sample lies on that curve if it is within the ball, and the piece between them is the branch's
-    if that leaves in the direction of the right sample.
-    """
-    ahead = (left.ahead * (right.q - left.q)).sum(axis=-1) > 0.0
-    return left.exists & right.exists & ahead & (2.0 * one.bend * chord <= left.sigma)
+_INSIDE, _OUTSIDE, _FREE, _BLOCKED = 1, 3, 4, 5  # states of `_arc_kernels`
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Samples:
-    """Postures q (m, n) of one branch each, constraints f (m, c), smallest singular value, direction of travel."""
+class _Pieces:
+    """Pieces of branches: postures a, b (m, n) at theta = low and high, whether the branch exists there.
 
-    q: Floats
-    exists: Bools
-    f: Floats
-    sigma: Floats
-    ahead: Floats
+    An interval in which a branch exists is run through by theta in [0, pi], value = middle - half cos(theta): finite speed
+    where branches merge. theta beyond pi goes on in the next interval, for the piece that joins both.
+    """
+
+    interval: Integers
+    branch: Integers
+    low: Floats
+    high: Floats
+    a: Floats
+    b: Floats
+    starts: Bools
+    ends: Bools
 
     @staticmethod
-    def of(one: Redundancy, values: Constraints, value: Floats, ahead: Floats, branch: NDArray[np.int64]) -> _Samples:
-        pick = np.arange(len(value))
-        q, exists = one.rows(value)
-        q, exists = q[pick, branch], exists[pick, branch]
-        forward, _ = one.rows(ahead)
-        sigma = np.asarray(np.linalg.svd(one.task(q), compute_uv=False)[..., -1], dtype=np.float64)
-        return _Samples(q, exists, values(q), sigma, forward[pick, branch] - q)
+    def first(one: Redundancy) -> _Pieces:
+        _, exists = one.rows(0.5 * (one.ends[1:] + one.ends[:-1]))
+        nodes = np.linspace(_EDGE, np.pi - _EDGE, _FIRST + 1)
+        nodes = np.array([[*nodes[:-1], np.pi - _EDGE], [*nodes[1:], np.pi + _EDGE]])
+        interval, branch = np.nonzero(exists)
+        joined = (exists & np.roll(exists, -1, axis=0))[interval, branch]
+        keep = np.ones((len(interval), _FIRST + 1), bool)
+        keep[:, -1] = joined
+        keep = keep.ravel()
+        low, high = (np.tile(part, len(interval))[keep] for part in nodes)
+        interval, branch = (np.repeat(x, _FIRST + 1)[keep] for x in (interval, branch))
+        nothing = np.zeros((len(low), 0)), np.zeros(len(low), bool)
+        bare = _Pieces(interval, branch, low, high, nothing[0], nothing[0], nothing[1], nothing[1])
+        (a, starts), (b, ends) = _postures(one, bare, low), _postures(one, bare, high)
+        return _Pieces(interval, branch, low, high, a, b, starts, ends)
 
-    def take(self, which: Bools) -> _Samples:
-        return _Samples(self.q[which], self.exists[which], self.f[which], self.sigma[which], self.ahead[which])
-
-    def joined(self, other: _Samples) -> _Samples:
-        pairs = ((getattr(self, k), getattr(other, k)) for k in ("q", "exists", "f", "sigma", "ahead"))
-        return _Samples(*(np.concatenate(pair) for pair in pairs))
-
-
-class Constraints:
-    """Joint margins (radians) and clearances beyond the wanted one (metres) of postures, and how fast each can change."""
-
-    def __init__(self, robot: Any, obstacles: Any, clearance: float, limits: bool) -> None:
-        self.robot, self.clearance = robot, clearance
-        centers, sizes = (
-            _balls(obstacles) if obstacles is not None and len(obstacles) else (np.zeros((0, 3)), np.zeros(0))
-        )
-        self.lower = robot.limits.lower if limits else np.full(robot.n_joints, -np.inf)
-        self.upper = robot.limits.upper if limits else np.full(robot.n_joints, np.inf)
-        levers, _, _ = _sizes(robot)
-        speed = np.sqrt((levers**2).sum(axis=-1))
-        moving = np.flatnonzero(speed > 0.0) if len(sizes) else np.zeros(0, int)
-        self.bodies, self.centers, self.radii = moving, centers, sizes
-        self.speed = np.concatenate([np.ones(2 * robot.n_joints), np.repeat(speed[moving], len(sizes))])
-
-    def __call__(self, q: Floats) -> Floats:
-        parts = [np.minimum(q - self.lower, 1e9), np.minimum(self.upper - q, 1e9)]
-        if len(self.bodies):
-            parts.append(self.clearances(q) - self.clearance)
-        return np.concatenate(parts, axis=-1)
-
-    def clearances(self, q: Floats) -> Floats:
-        """(m, bodies x obstacles) metres from each moving body to each obstacle."""
-        capsules, robot = self.robot.capsules, self.robot
-        link = capsules.link[self.bodies]
-        M = Motor._wrap(np.ascontiguousarray(frames(robot, q).array[:, link]))
-        T = M.as_matrix()
-        a = np.einsum("...ij,...j->...i", T[..., :3, :3], capsules.a[self.bodies]) + T[..., :3, 3]
-        side = np.einsum("...ij,...j->...i", T[..., :3, :3], (capsules.b - capsules.a)[self.bodies])
-        away = self.centers - a[..., None, :]
-        size = np.maximum((side**2).sum(axis=-1), 1e-300)[..., None]
-        t = np.clip(np.einsum("...oj,...j->...o", away, side) / size, 0.0, 1.0)
-        gap = np.sqrt(((away - t[..., None] * side[..., None, :]) ** 2).sum(axis=-1))
-        return (gap - self.radii - capsules.radius[self.bodies][:, None]).reshape(
-            len(q), len(self.bodies) * len(self.radii)
-        )
+    def halved(self, which: Bools, centre: Floats, between: Floats, exists: Bools) -> _Pieces:
+        """Both halves of the pieces that are picked."""
+        theta, q, there = centre[which], between[which], exists[which]
+        both = lambda x, y: np.concatenate([x, y])
+        return _Pieces(
+            np.tile(self.interval[which], 2), np.tile(self.branch[which], 2), both(self.low[which], theta),
+            both(theta, self.high[which]), both(self.a[which], q), both(q, self.b[which]),
+            both(self.starts[which], there), both(there, self.ends[which]),
+        )  # fmt: skip
 
 
-def _sizes(robot: Any) -> tuple[Floats, float, float]:
-    """Levers (capsules, n): the farthest a point of a capsule can be from each joint that moves it, metres, 0 for the others;
-    the reach; and a Lipschitz constant of the Jacobian with lengths in units of the reach.
-    """
-    known = robot.memo.get("arc sizes")
-    if known is not None:
-        return known
-    n, count = robot.n_joints, len(robot.links)
-    far = np.zeros((count + 1, n))  # from each joint to the frame of each link; the last row to the tool point
-    moved = np.zeros((count + 1, n), bool)
-    for i, link in enumerate(robot.links):
-        step = 2.0 * float(np.linalg.norm(link.origin[4:])) if link.parent >= 0 else 0.0
-        if link.parent >= 0:
-            far[i], moved[i] = far[link.parent] + step * moved[link.parent], moved[link.parent]
-        if link.kind == "revolute":
-            moved[i, link.coordinate] = True
-    far[count], moved[count] = (
-        far[robot.tip] + 2.0 * float(np.linalg.norm(robot.tool[4:])) * moved[robot.tip],
-        moved[robot.tip],
-    )
-    capsules = robot.capsules
-    size = np.maximum(np.linalg.norm(capsules.a, axis=-1), np.linalg.norm(capsules.b, axis=-1))
-    levers = np.where(moved[capsules.link], far[capsules.link] + size[:, None], 0.0)
-    r = far[count]
-    span = max(float(r.max(initial=0.0)), 1e-9)
-    i, j = np.indices((n, n))
-    # |d w_j / d q_i| <= 1 for i < j, and |d v_j / d q_i| <= the lever of the joint farther out.
-    bend = float(np.sqrt((i < j).sum() + (np.minimum(r[i], r[j]) ** 2).sum() / span**2))
-    robot.memo["arc sizes"] = levers, span, bend
-    return robot.memo["arc sizes"]
+def _value(one: Redundancy, interval: Any, theta: Floats) -> Floats:
+    """The redundancy at theta of an interval; beyond the last one it goes on past pi."""
+    over = theta > np.pi
+    k = interval + over
+    turn = k == len(one.ends) - 1
+    k = np.where(turn, 0, k)
+    low, high = one.ends[k], one.ends[k + 1]
+    return 0.5 * (low + high) - 0.5 * (high - low) * np.cos(theta - np.pi * over) + 2.0 * np.pi * turn
 
 
-def _joined(parts: list[tuple[float, float]], words: str) -> Arcs:
-    arcs: list[list[float]] = []
-    for a, b in sorted(parts):
-        if arcs and a <= arcs[-1][1] + 1e-12:
-            arcs[-1][1] = max(arcs[-1][1], b)
-        else:
-            arcs.append([a, b])
-    return Arcs(np.array(arcs, float).reshape(-1, 2), "" if arcs else words)
+def _postures(one: Redundancy, pieces: _Pieces, theta: Floats) -> tuple[Floats, Bools]:
+    """The posture (m, n) of each piece's branch at theta (m,), and whether it exists."""
+    q, exists = one.rows(_value(one, pieces.interval, theta))
+    pick = np.arange(len(theta))
+    return q[pick, pieces.branch], exists[pick, pieces.branch]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Room:
+    """What pieces are judged by: the arrays of the compiled loops, made once for a call."""
+
+    one: Redundancy
+    obstacles: Any
+    body: Any
+    solids: Any
+    pairs: Integers
+    decided: Bools  # (capsules, rows) pairs that may touch, or that no motion of the redundancy changes
+    free_to_touch: Bools
+    lower: Floats
+    upper: Floats
+    need: float
+    own: float
+    wishes: tuple[str, ...]
+
+    @staticmethod
+    def of(one: Redundancy, obstacles: Any, clearance: float, self_clearance: float | None, limits: bool) -> _Room:
+        robot = one.robot
+        clearance = float(float_array(clearance, "clearance", ndim=0))
+        own = 0.0 if self_clearance is None else float(float_array(self_clearance, "self_clearance", ndim=0))
+        body, solids = pack_robot(robot, static=False), pack_obstacles(() if obstacles is None else obstacles)
+        touch = allowance(robot, solids)
+        if touch is None:
+            touch = np.zeros((len(body.capsules), len(solids.rows)), bool)
+        held = body.frames == (one.path[-1] if one.holds_tool else -2)
+        slack = rounding_slack(body.constants, body.capsules, solids, np.full(1, np.pi))
+        unlimited = np.full(robot.n_joints, np.inf)
+        wishes = ["inside the joint limits" if limits else "within reach"]
+        if len(solids.rows):
+            wishes.append(f"{clearance:g} m from the obstacles")
+        if self_clearance is not None:
+            wishes.append(f"its links {own:g} m apart")
+        return _Room(
+            one, obstacles, body, solids, body.pairs if self_clearance is not None else body.pairs[:0],
+            np.ascontiguousarray(touch | held[:, None]), touch | ~held[:, None],
+            robot.limits.lower.copy() if limits else -unlimited, robot.limits.upper.copy() if limits else unlimited,
+            clearance + slack, own + slack, tuple(wishes),
+        )  # fmt: skip
+
+    def contact_of_the_tool(self, q: Floats) -> str:
+        """What stands still with the tool and is too near to an obstacle at every value, in words, or ""."""
+        if self.free_to_touch.all():
+            return ""
+        state = np.array([_INSIDE])
+        self._judge(self.free_to_touch, self.pairs[:0], q[None].copy(), np.zeros((1, len(q))), np.zeros(1), state)
+        if state[0] != _BLOCKED:
+            return ""
+        robot = self.one.robot
+        found = table(robot, q, self.obstacles)
+        gap = np.where((self.body.frames == self.one.path[-1])[:, None], found.distance, np.inf)
+        i, j = np.unravel_index(np.argmin(gap), gap.shape)
+        return f"{found.links[i]} is {gap[i, j]:.4g} m from {found.obstacles[j]} in this pose, at every value"
+
+    def judged(self, pieces: _Pieces, between: Floats, exists: Bools) -> tuple[Integers, Floats]:
+        """The state (m,) of each piece and the length of its chord."""
+        from ._arc_kernels import enclose
+
+        one, count = self.one, len(between)
+        middle, half, reach = np.empty_like(between), np.empty_like(between), np.zeros(count)
+        state = np.where(exists & pieces.starts & pieces.ends, _INSIDE, 0)
+        enclose(
+            *self.body[:4], one.path, one.tool, one.normal, one.span, one.levers, self.lower, self.upper,
+            pieces.a, pieces.b, between, middle, half, reach, state,
+        )  # fmt: skip
+        self._judge(self.decided, self.pairs, middle, half, reach, state)
+        return state, 2.0 * np.sqrt((half * half).sum(axis=-1))
+
+    def _judge(self, decided: Bools, pairs: Integers, middle: Floats, half: Floats, reach: Floats, state: Integers):
+        from ._arc_kernels import judge
+
+        extra = (*self.solids.extra, decided)
+        judge(*self.body[:4], self.solids.rows, pairs, extra, self.need, self.own, middle, half, reach, state)
+
+
+def _joined(low: Floats, high: Floats, words: str) -> Arcs:
+    """Touching pieces made one; those through pi are cut there."""
+    over = high > np.pi
+    low, high = np.append(low, np.maximum(low[over], np.pi) - 2.0 * np.pi), np.append(high, high[over] - 2.0 * np.pi)
+    low, high = low[low < np.pi], np.minimum(high, np.pi)[low < np.pi]
+    order = np.argsort(low)
+    low, high = low[order], np.maximum.accumulate(high[order])
+    apart = low[1:] > high[:-1] + 1e-14
+    free = np.stack([low[np.append(True, apart)[: len(low)]], high[np.append(apart, True)[: len(low)]]], axis=1)
+    return Arcs(free, "" if len(free) else words)

@@ -1,0 +1,322 @@
+"""Pieces of a redundancy's branch, each enclosed in a tube about its chord, and what the tube clears: compiled code.
+
+A piece is known by its postures at both ends and one between; along it the task, m = n - 1 functions f of the n joints, is
+constant. With q0 the middle of the chord, d its direction, L its length and N the right inverse of Df(q0) onto vectors across d:
+if for all q = q0 + s d + y with |s| <= L / 2, y across d, |y| <= r
+    |N (Df(q) - Df(q0))| <= a < 1,    |N Df(q) d| <= b,    L b / (1 - a) <= r,
+then the level set of f there is one curve y(s) with |y'| <= b / (1 - a) from end to end, and so nowhere farther than half of
+that times L from the chord. Df(q) is Df(q0) + D2f(q0)(q - q0, .) and a rest bounded by the lengths of the arm.
+Our derivation, docs/inverse-kinematics.md. J, C, L, K, S, P, F, T, X: see distance/_body_kernels.py.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ..distance._body_kernels import ignored, place, self_distance
+from ..distance._pair_kernels import segment_distance
+from ..kernels import jit
+from ..shapes._segment_kernels import inner
+
+OPEN, INSIDE, CROSSING, OUTSIDE, FREE, BLOCKED = 0, 1, 2, 3, 4, 5
+_ROUNDING = 2e-10  # how much of the task the closed form may miss at the ends
+_WHOLE = 2.0 * math.pi
+
+
+@inner
+def cross(ax, ay, az, bx, by, bz):
+    return ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+
+
+@inner
+def turned(T, k, x, y, z):
+    """A vector of frame k in base axes."""
+    return (
+        T[k, 0] * x + T[k, 1] * y + T[k, 2] * z,
+        T[k, 3] * x + T[k, 4] * y + T[k, 5] * z,
+        T[k, 6] * x + T[k, 7] * y + T[k, 8] * z,
+    )
+
+
+@inner
+def task_at(T, C, path, tool, normal, span, d, M, W, E):
+    """Df (m, n) into M and D2f(d, .) into E (m, n) at the frames T; returns the Frobenius norm of D2f.
+
+    f: the rotation vector of the tool from its orientation here, to second order (or, where `normal` is not zero, the part of
+    the tool's direction along it), then the tool point over `span`. Columns in the order of the joints along `path`.
+    tool (6,): point and direction in the last frame. W (n, 6) is working memory.
+    """
+    n, last = path.shape[0], path[path.shape[0] - 1]
+    px, py, pz = turned(T, last, tool[0], tool[1], tool[2])
+    px, py, pz = px + T[last, 9], py + T[last, 10], pz + T[last, 11]
+    gx, gy, gz = turned(T, last, tool[3], tool[4], tool[5])
+    nx, ny, nz = normal[0], normal[1], normal[2]
+    flat = nx != 0.0 or ny != 0.0 or nz != 0.0
+    low = 1 if flat else 3
+    for j in range(n):
+        k = path[j]
+        wx, wy, wz = C[k, 12] * T[k, 2], C[k, 12] * T[k, 5], C[k, 12] * T[k, 8]
+        vx, vy, vz = cross(wx / span, wy / span, wz / span, px - T[k, 9], py - T[k, 10], pz - T[k, 11])
+        W[j, 0], W[j, 1], W[j, 2], W[j, 3], W[j, 4], W[j, 5] = wx, wy, wz, vx, vy, vz
+        if flat:
+            ax, ay, az = cross(wx, wy, wz, gx, gy, gz)
+            M[0, j] = nx * ax + ny * ay + nz * az
+        else:
+            M[0, j], M[1, j], M[2, j] = wx, wy, wz
+        M[low, j], M[low + 1, j], M[low + 2, j] = vx, vy, vz
+        for r in range(low + 3):
+            E[r, j] = 0.0
+    total = 0.0
+    for i in range(n):
+        wx, wy, wz = W[i, 0], W[i, 1], W[i, 2]
+        for j in range(i, n):
+            if flat:
+                ax, ay, az = cross(W[j, 0], W[j, 1], W[j, 2], gx, gy, gz)
+                ax, ay, az = cross(wx, wy, wz, ax, ay, az)
+                ax, ay, az = nx * ax + ny * ay + nz * az, 0.0, 0.0
+            else:
+                ax, ay, az = cross(0.5 * wx, 0.5 * wy, 0.5 * wz, W[j, 0], W[j, 1], W[j, 2])
+            bx, by, bz = cross(wx, wy, wz, W[j, 3], W[j, 4], W[j, 5])
+            total += (1.0 if i == j else 2.0) * (ax * ax + ay * ay + az * az + bx * bx + by * by + bz * bz)
+            for side in range(1 if i == j else 2):
+                c, f = (j, d[i]) if side == 0 else (i, d[j])
+                E[0, c] += f * ax
+                if not flat:
+                    E[1, c] += f * ay
+                    E[2, c] += f * az
+                E[low, c] += f * bx
+                E[low + 1, c] += f * by
+                E[low + 2, c] += f * bz
+    return math.sqrt(total)
+
+
+@inner
+def right_inverse(M, N):
+    """N (n, m): the first m = n - 1 columns of the inverse of M (n, n), which is spent. False where there is none."""
+    n, m = N.shape
+    for r in range(n):
+        for c in range(m):
+            N[r, c] = 1.0 if r == c else 0.0
+    for k in range(n):
+        top = k
+        for r in range(k + 1, n):
+            if abs(M[r, k]) > abs(M[top, k]):
+                top = r
+        if not abs(M[top, k]) > 1e-12:
+            return False
+        if top != k:
+            for c in range(n):
+                M[k, c], M[top, c] = M[top, c], M[k, c]
+            for c in range(m):
+                N[k, c], N[top, c] = N[top, c], N[k, c]
+        scale = 1.0 / M[k, k]
+        for c in range(k, n):
+            M[k, c] *= scale
+        for c in range(m):
+            N[k, c] *= scale
+        for r in range(n):
+            f = M[r, k]
+            if r != k and f != 0.0:
+                for c in range(k, n):
+                    M[r, c] -= f * M[k, c]
+                for c in range(m):
+                    N[r, c] -= f * N[k, c]
+    return True
+
+
+@inner
+def third_order(d, half, r, levers, span):
+    """A bound of |D3f(x, x, .)| / 2 (Frobenius) for x = s d + y, |s| <= half, |y| <= r.
+
+    In the rotation a third derivative is at most 1, in the point at most the lever of the outermost of its three joints.
+    """
+    total = 0.0
+    for k in range(d.shape[0]):
+        value, sum_ = 0.0, 0.0
+        for j in range(d.shape[0]):
+            more = sum_ + half * abs(d[j]) + r
+            value += (more * more - sum_ * sum_) * levers[max(j, k)]
+            sum_ = more
+        total += sum_**4 + (value / span) ** 2
+    return 0.5 * math.sqrt(total)
+
+
+@inner
+def tube(M, N, E, d, slope, long, curved, levers, span):
+    """(r, reach): radius in which the level set is one curve, and how far that is from the chord at most; infinite if not proved.
+
+    M (n, n), E (m, n): Df with d as last row, and D2f(d, .), in the order of the joints of d; M, N (n, m), slope (m,) are spent.
+    """
+    n, m = N.shape
+    half = 0.5 * long
+    b0, turn, bend, norm = 0.0, 0.0, 0.0, 0.0
+    for c in range(m):
+        slope[c] = 0.0
+        for j in range(n):
+            slope[c] += M[c, j] * d[j]
+    if not right_inverse(M, N):
+        return math.inf, math.inf
+    for i in range(n):
+        s, t = 0.0, 0.0
+        for c in range(m):
+            norm += N[i, c] * N[i, c]
+            s += N[i, c] * slope[c]
+        for j in range(n):
+            y = 0.0
+            for c in range(m):
+                y += N[i, c] * E[c, j]
+            bend += y * y
+            t += y * d[j]
+        b0 += s * s
+        turn += t * t
+    norm, bend, b0 = math.sqrt(norm), math.sqrt(bend), math.sqrt(b0) + half * math.sqrt(turn)
+    rounding = norm * _ROUNDING
+    r = 1.2 * long * b0 + rounding
+    for _ in range(4):
+        rest = norm * third_order(d, half, r, levers, span)
+        a = half * bend + norm * curved * r + rest
+        if not a < 0.9:
+            break
+        rise = (b0 + bend * r + rest) / (1.0 - a)
+        if long * rise + rounding <= r:
+            return r, half * rise + rounding
+        r = 1.3 * (long * rise + rounding)
+    return math.inf, math.inf
+
+
+@jit
+def enclose(J, C, L, K, path, tool, normal, span, levers, lower, upper, A, B, between, middle, half, reach, state):
+    """For pieces from postures A to B (b, n) with one `between`: the chord's middle (b, n), half of it (b, n) and the tube's reach.
+
+    state (b,), where it is INSIDE on entry: OPEN if no tube is proved, INSIDE or OUTSIDE if all of it is inside the limits or
+    outside of one, CROSSING else. The posture between has to be in the tube: it tells the piece from the rest of a closed curve.
+    """
+    n = A.shape[1]
+    T, X = np.empty((J.shape[0], 12)), np.empty((L.shape[0], 7))
+    M, N, E, W = np.empty((n, n)), np.empty((n, n - 1)), np.empty((n - 1, n)), np.empty((n, 6))
+    d, slope, at = np.empty(n), np.empty(n - 1), np.empty(n, np.int64)
+    for j in range(n):
+        at[j] = J[path[j], 2]
+    for b in range(A.shape[0]):
+        q, long = middle[b], 0.0
+        for c in range(n):
+            step = B[b, c] - A[b, c]
+            step -= _WHOLE * math.floor(step / _WHOLE + 0.5)
+            q[c], half[b, c] = A[b, c] + 0.5 * step, 0.5 * step
+            long += step * step
+        long = math.sqrt(long)
+        if state[b] != INSIDE or not 1e-9 < long < 1.5:
+            state[b] = OPEN
+            continue
+        for j in range(n):
+            d[j] = 2.0 * half[b, at[j]] / long
+        place(J, C, L[:0], K, q, T, X)
+        curved = task_at(T, C, path, tool, normal, span, d, M, W, E)
+        for j in range(n):
+            M[n - 1, j] = d[j]
+        r, reach[b] = tube(M, N, E, d, slope, long, curved, levers, span)
+        along, off = 0.0, 0.0
+        for j in range(n):
+            step = between[b, at[j]] - q[at[j]]
+            step -= _WHOLE * math.floor(step / _WHOLE + 0.5)
+            along += step * d[j]
+            off += step * step
+        if not (reach[b] < math.inf and abs(along) < 0.5 * long and off - along * along <= r * r):
+            state[b] = OPEN
+            continue
+        for c in range(n):
+            room = min(q[c] - lower[c], upper[c] - q[c])
+            if room < -abs(half[b, c]) - reach[b]:
+                state[b] = OUTSIDE
+                break
+            if room < abs(half[b, c]) + reach[b]:
+                state[b] = CROSSING
+
+
+@inner
+def drift(J, C, T, X, i, k, stop, step, r):
+    """How far a point of capsule i's axis (frame k) can move against frame `stop` while q leaves the middle by s step + y,
+    |s| <= 1, |y| <= r.
+
+    The first order along `step` exactly, since the joints of a redundant motion largely undo each other; the second by the
+    levers: |d2x / dq_i dq_j| is at most that of the outer joint.
+    """
+    ax, ay, az = X[i, 0], X[i, 1], X[i, 2]
+    ex, ey, ez = ax + X[i, 3], ay + X[i, 4], az + X[i, 5]
+    ux, uy, uz, vx, vy, vz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    moved, second, levers = 0.0, 0.0, 0.0
+    while k != stop and k > 0:
+        rate = C[k, 12]
+        f, z = rate * step[J[k, 2]], abs(rate) * (abs(step[J[k, 2]]) + r)
+        wx, wy, wz = T[k, 2], T[k, 5], T[k, 8]
+        px, py, pz, sx, sy, sz, lever = wx, wy, wz, wx, wy, wz, 1.0
+        if J[k, 1] == 1:
+            px, py, pz = cross(wx, wy, wz, ax - T[k, 9], ay - T[k, 10], az - T[k, 11])
+            sx, sy, sz = cross(wx, wy, wz, ex - T[k, 9], ey - T[k, 10], ez - T[k, 11])
+            lever = math.sqrt(max(px * px + py * py + pz * pz, sx * sx + sy * sy + sz * sz))
+        ux, uy, uz, vx, vy, vz = ux + f * px, uy + f * py, uz + f * pz, vx + f * sx, vy + f * sy, vz + f * sz
+        lever += moved  # in any posture of the tube
+        second += z * (z * lever + 2.0 * moved)
+        levers += (rate * lever) ** 2
+        moved += z * lever
+        k = J[k, 0]
+    first = math.sqrt(max(ux * ux + uy * uy + uz * uz, vx * vx + vy * vy + vz * vz))
+    return min(first + r * math.sqrt(levers) + 0.5 * second, moved)
+
+
+@jit
+def judge(J, C, L, K, S, P, F, need, own, middle, half, reach, state):
+    """Makes pieces BLOCKED where one pair is nearer than wanted all along, and those INSIDE the limits FREE where none is anywhere.
+
+    need, own: metres wanted from solids, and between self pairs. Pieces that are neither INSIDE nor CROSSING are left alone.
+    """
+    T, X = np.empty((J.shape[0], 12)), np.empty((L.shape[0], 7))
+    for b in range(state.shape[0]):
+        if state[b] != INSIDE and state[b] != CROSSING:
+            continue
+        step, r = half[b], reach[b]
+        place(J, C, L, K, middle[b], T, X)
+        free, blocked = state[b] == INSIDE, False
+        for i in range(L.shape[0]):
+            moved = drift(J, C, T, X, i, L[i], J[0, 0], step, r)
+            X[i, 6] = moved
+            mx, my, mz = X[i, 0] + 0.5 * X[i, 3], X[i, 1] + 0.5 * X[i, 4], X[i, 2] + 0.5 * X[i, 5]
+            for j in range(S.shape[0] if L[i] >= 0 and not blocked else 0):
+                x, y, z = mx - S[j, 1], my - S[j, 2], mz - S[j, 3]
+                near = K[i, 7] + S[j, 4] + moved + need
+                if near <= 0.0 or x * x + y * y + z * z >= near * near or ignored(F[2], i, j):
+                    continue
+                limit = max(K[i, 6] + need + moved, 1e-9)  # further away it makes no difference
+                d = segment_distance(
+                    S, j, X[i, 0], X[i, 1], X[i, 2], X[i, 3], X[i, 4], X[i, 5], F[0], F[1], limit
+                )[0]  # fmt: skip
+                if d >= limit:
+                    continue
+                d -= K[i, 6]
+                if d - moved < need:
+                    free = False
+                    if d + moved < need:
+                        blocked = True
+                        break
+        for p in range(0 if blocked else P.shape[0]):
+            i, j = P[p, 0], P[p, 1]
+            x = X[i, 0] + 0.5 * X[i, 3] - X[j, 0] - 0.5 * X[j, 3]
+            y = X[i, 1] + 0.5 * X[i, 4] - X[j, 1] - 0.5 * X[j, 4]
+            z = X[i, 2] + 0.5 * X[i, 5] - X[j, 2] - 0.5 * X[j, 5]
+            near = K[i, 7] + K[j, 7] + X[i, 6] + X[j, 6] + own
+            if near <= 0.0 or x * x + y * y + z * z >= near * near:
+                continue
+            # only what lies between the two links counts
+            moved = drift(J, C, T, X, i, L[i], P[p, 2], step, r) + drift(J, C, T, X, j, L[j], P[p, 2], step, r)
+            d = self_distance(K, X, i, j)[0]
+            if d - moved < own:
+                free = False
+                if d + moved < own:
+                    blocked = True
+                    break
+        if blocked:
+            state[b] = BLOCKED
+        elif free:
+            state[b] = FREE
