@@ -132,6 +132,9 @@ def test_nao_without_its_meshes(run, shared_data):
     result = run("robot", shared_data / "nao.urdf", "--base", "torso", "--tip", "l_gripper")
     assert result.code == 0 and re.search(r"mesh.*could not be used", result.out)
     assert "WITHOUT collision body" in result.out
+    said = " ".join(result.out.split())
+    assert "a position alone: closed form, us5: 4 branches (shoulder, wrist), free psi and q5" in said
+    assert "LHand only turns about the tool point" in said
 
 
 def test_scenes(run, tmp_path):

@@ -135,17 +135,22 @@ def _without_base(robot):
     return dataclasses.replace(robot, capsules=kept)
 
 
-def test_nao_reaches_a_point_by_its_jacobian():
-    robot = robots.load("nao-left-arm")
-    q = np.radians([40, 20, -60, -60, 0])
-    goal = kinematics.forward(robot, np.radians([20, 30, -40, -40, 0])).as_matrix()[:3, 3]
-    scene = Scene(robot, JointTarget(q), PositionTarget(goal), options=Options(clearance=0.0))
+@pytest.mark.parametrize(
+    "name, start, end, way",
+    [
+        ("nao-left-arm", [40, 20, -60, -60, 0], [20, 30, -40, -40, 0], "closed form"),
+        ("panda", [0, -23, 0, -126, 0, 103, 45], [20, -10, 5, -110, 0, 103, 45], "Jacobian"),
+    ],
+)
+def test_a_point_is_reached(name, start, end, way):
+    robot = robots.load(name)
+    goal = kinematics.forward(robot, np.radians(end)).as_matrix()[:3, 3]
+    scene = Scene(robot, JointTarget(np.radians(start)), PositionTarget(goal), options=Options(clearance=0.0))
     found = plan(scene, method="field")
     assert found.solved, found.reason
-    assert found.solved_by == "harmonic field, Jacobian"
-    np.testing.assert_allclose(
-        kinematics.forward(robot, found.trajectory.positions[-1]).as_matrix()[:3, 3], goal, atol=1e-6
-    )
+    assert found.solved_by == f"harmonic field, {way}"
+    tip = kinematics.forward(robot, found.trajectory.positions[-1]).as_matrix()[:3, 3]
+    np.testing.assert_allclose(tip, goal, atol=1e-6)
 
 
 def test_both_ends_given_as_joints():

@@ -39,6 +39,17 @@ def test_a_goal_that_a_search_looked_at():
     assert reason.startswith("goal in collision") and "that a numerical search found; others may exist" in reason
 
 
+def test_a_point_that_only_the_arm_itself_is_in_the_way_of():
+    nao = hs.robots.load("nao-left-arm")
+    tool = hs.kinematics.forward(nao, [1.9, 0.2, -0.6, -1.2, 0.0]).translation
+    ball, start = hs.Sphere.from_center_radius(tool, 0.05), np.radians([40, 20, -60, -60, 0])
+    scene = hs.Scene(robot=nao, start=start, goal=PositionTarget(tool), obstacles=[ball])
+    reason = hs.planning.plan(scene).reason
+    assert reason.startswith("goal in collision: ") and "every branch, with 36 values of psi by 20 of q5" in reason
+    far = hs.Scene(robot=nao, start=start, goal=PositionTarget([0.4, 0.1, 0.1]), obstacles=[])
+    assert "goal: out of reach by" in (reason := hs.planning.plan(far).reason) and "nearest point in reach" in reason
+
+
 def test_joints_are_one_posture():
     start = np.array([0.7, 1.2, 1.0, 0.0, 0.0])
     tool = hs.kinematics.forward(hs.robots.load("humanoid-arm"), start).translation

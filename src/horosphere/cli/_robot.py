@@ -110,6 +110,7 @@ def robot(
         "parameter": structure.parameter,
         "reasons": structure.reasons,
         "near_misses": structure.near_misses,
+        "position": None if structure.position is None else str(structure.position),
     }
     if json:
         out.print_json(data)

@@ -30,7 +30,7 @@ class Structure:
     apart. reasons: the relations that decide it, in words (joints counted from 1). near_misses: (i, j, metres) of
     consecutive axes that nearly meet. gap: metres by which the structure is missed; above 1e-11 solutions are
     polished on the true axes. screws, special, mode: what the compiled solver reads (of the reversed chain if
-    is_reversed).
+    is_reversed). position: the closed form for a position of the tool point alone, where there is one.
     """
 
     name: str
@@ -43,6 +43,7 @@ class Structure:
     screws: Screws | None = None
     special: Floats | None = None
     mode: int = 0
+    position: Structure | None = None
 
     @property
     def branches(self) -> int:
@@ -54,8 +55,9 @@ class Structure:
         return self.name != "numerical"
 
     def __str__(self) -> str:
+        position = "" if self.position is None else f"; a position alone: closed form, {self.position}"
         if not self.is_closed_form:
-            return "numerical: " + "; ".join(self.reasons)
+            return "numerical: " + "; ".join(self.reasons) + position
         text = (
             f"{self.name}{' (reversed)' if self.is_reversed else ''}: {self.branches} branches ({', '.join(self.bits)})"
         )
@@ -63,7 +65,7 @@ class Structure:
             text += f", free {self.parameter}"
         if self.gap > GAP:
             text += f", structure missed by {1e3 * self.gap:.3g} mm: polished on the true axes"
-        return text + (": " + "; ".join(self.reasons) if self.reasons else "")
+        return text + (": " + "; ".join(self.reasons) if self.reasons else "") + position
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -109,7 +111,31 @@ def _classify(robot: Any) -> Structure:
     if robot.closed_form and robot.closed_form[0] in _BUILT_IN:
         bits, parameter = _BUILT_IN[robot.closed_form[0]]
         return Structure(robot.closed_form[0], bits, parameter, reasons=("a built-in arm",))
-    return chain_structure(robot)
+    return replace(chain_structure(robot), position=_position(robot))
+
+
+def _position(robot: Any) -> Structure | None:
+    """The closed form for a position alone: five joints of kind us5, and behind them only joints that turn about the tool point."""
+    chain = screws(robot)
+    if isinstance(chain, str) or len(chain.axes) < 5:
+        return None
+    tool = chain.home[:3, 3]
+    for axis, point in zip(chain.axes[5:], chain.points[5:]):
+        if np.linalg.norm(np.cross(axis, tool - point)) > 1e-12:
+            return None
+    first = Screws(chain.axes[:5], chain.points[:5], chain.home)
+    for tolerance in (GAP, NEAR):
+        found = _five(first, _relations(first), tolerance)
+        if found is not None and found.special is not None and np.linalg.norm(tool - found.special[1]) > GAP:
+            still = ", ".join(robot.joint_names[5:])
+            reasons = ()
+            if still:
+                turns = "turns" if len(chain.axes) == 6 else "turn"
+                reasons = (*found.reasons[:2], f"{still} only {turns} about the tool point")
+            return replace(
+                found, reasons=reasons, parameter="psi and q5", screws=chain, gap=max(found.gap, _skew(first))
+            )
+    return None
 
 
 def chain_structure(robot: Any) -> Structure:

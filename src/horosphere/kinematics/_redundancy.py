@@ -9,23 +9,33 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..entities import Point
 from ..errors import InputError
 from ._arcs import Arcs
+from ._classify import classify
 from ._structured import Solver, solver
 from ._targets import pose_motor
 
 Floats = NDArray[np.float64]
 
 
-def limit_arcs(robot: Any, target: Any, tolerance: float = 1e-9) -> tuple[Arcs, ...]:
+def limit_arcs(robot: Any, target: Any, tolerance: float = 1e-9, *, psi: float | None = None) -> tuple[Arcs, ...]:
     """For every branch the values of psi (or q7, q1) at which it meets the pose inside the joint limits.
 
     One pose. S-R-S arms: closed form, since every joint limit cuts the elbow circle in a plane, so a limit of a joint
     is at most two psi. Other arms: `free_arcs` without obstacles, where the branches' existence is in closed form and the
     limits are proved between samples to 1e-4 rad. Rows in the order of `inverse(...).branch`. Our derivation,
     docs/inverse-kinematics.md.
+    A Point of an arm of kind us5 has two freedoms, both in closed form: without `psi` the psi at which joints 1 and 2 keep
+    their limits; with it the values of q5 at which all joints do.
     Raises InputError for a robot without redundancy and for a batch of poses.
     """
+    if isinstance(target, Point) and classify(robot).position is not None:
+        from ._point_arms import point_arcs
+
+        return point_arcs(robot, target, psi, tolerance)
+    if psi is not None:
+        raise InputError("psi is given for a Point of an arm of kind us5 only", place="psi", remedy="leave it out")
     made = solver(robot)
     structure = made.structure
     if structure.name not in ("srs7", "sew7"):

@@ -14,14 +14,21 @@ from numpy.typing import NDArray
 
 from .. import kinematics
 from ..robots import Robot
-from ..scenes import GripperPlaneTarget, JointTarget, PoseTarget, Scene
+from ..scenes import GripperPlaneTarget, JointTarget, PoseTarget, PositionTarget, Scene
 from ._chain import cheapest_chain
 from ._clearance import Touch, arm, margin, touch
-from ._configurations import free_grid, inverse_over, limit_reason, within_limits
+from ._configurations import (
+    free_grid,
+    inverse_over,
+    inverse_over_point,
+    limit_reason,
+    point_grid,
+    within_limits,
+)
 
 Floats = NDArray[np.float64]
 
-_REFINED = 21  # samples of the redundancy about the coarse choice, in the second pass
+_REFINED = 21, 9  # samples of one redundancy, of each of two, about the coarse choice, in the second pass
 _COMFORT = 0.03  # metres above the clearance asked beyond which more clearance is worth nothing
 _COMFORT_COST = 1.0  # of a waypoint at the clearance asked, in units of a largest joint step
 
@@ -42,6 +49,8 @@ class ArmPath:
 def supports(scene: Scene) -> bool:
     """Whether this method knows the robot and the kind of its start and goal."""
     structure = kinematics.classify(arm(scene))
+    if _by_position(scene):
+        return True
     fits = GripperPlaneTarget if structure.name == "humanoid_arm" else PoseTarget
     ends = scene.start, scene.goal
     if structure.name == "humanoid_arm" and all(isinstance(end, JointTarget) for end in ends):
@@ -51,11 +60,19 @@ def supports(scene: Scene) -> bool:
     return structure.is_closed_form and enough and all(isinstance(end, (fits, JointTarget)) for end in ends)
 
 
+def _by_position(scene: Scene) -> bool:
+    """Whether the robot's closed form is for a position alone, and the ends ask for no more."""
+    ends = scene.start, scene.goal
+    some = any(isinstance(end, PositionTarget) for end in ends)
+    known = kinematics.classify(arm(scene)).position is not None
+    return known and some and all(isinstance(end, (PositionTarget, JointTarget)) for end in ends)
+
+
 def follow_branches(scene: Scene, points: Floats) -> ArmPath:
     """Waypoints for the tool points (k, 3): candidates at every point, then the cheapest continuous chain, then refined."""
     family = _family(scene, points)
     layers, margins, chosen = [], [], []
-    free, spacing = free_grid(arm(scene))
+    free, spacing = _grid(scene)
     for k in range(len(points)):
         layer, spare, angle, reason = _usable(scene, *family(k, free))
         if not len(layer):
@@ -65,7 +82,7 @@ def follow_branches(scene: Scene, points: Floats) -> ArmPath:
         margins.append(spare)
         chosen.append(angle)
     limit = scene.options.max_joint_step
-    coarse_limit = max(limit, 2.5 * spacing)  # the grid itself moves joints by about its spacing
+    coarse_limit = max(limit, 2.5 * float(spacing.max()))  # the grid itself moves joints by about its spacing
     chain = cheapest_chain(layers, [_cost(m) for m in margins], coarse_limit)
     if chain.broken_at is not None:
         k = chain.broken_at
@@ -74,7 +91,10 @@ def follow_branches(scene: Scene, points: Floats) -> ArmPath:
             f"no continuous chain of postures from path point {k - 1} to {k} {np.round(points[k], 3).tolist()}",
             True,
         )
-    finer = np.linspace(-1.0, 1.0, _REFINED if spacing else 1) * spacing
+    count = _REFINED[len(spacing) - 1] if spacing.any() else 1
+    finer = np.linspace(-1.0, 1.0, count)[:, None] * spacing
+    if len(spacing) == 2:
+        finer = np.stack(np.meshgrid(*finer.T, indexing="ij"), axis=-1).reshape(-1, 2)
     layers2, margins2 = [], []
     for k, index in enumerate(chain.indices):
         layer, spare, _, _ = _usable(scene, *family(k, chosen[k][index] + finer))
@@ -85,6 +105,14 @@ def follow_branches(scene: Scene, points: Floats) -> ArmPath:
     if fine.broken_at is not None:
         return ArmPath(None, f"joint steps above {np.degrees(limit):.3g} degrees at path point {fine.broken_at}", True)
     return ArmPath(np.stack([layer[i] for layer, i in zip(layers2, fine.indices)]))
+
+
+def _grid(scene: Scene) -> tuple[Floats, Floats]:
+    """Values (m, d) of the d freedoms to look at, and their spacing (d,)."""
+    if _by_position(scene):
+        return point_grid(arm(scene))
+    free, spacing = free_grid(arm(scene))
+    return free[:, None], np.array([spacing])
 
 
 def _usable(scene: Scene, q: Floats, valid: NDArray[np.bool_], free: Floats):
@@ -110,22 +138,26 @@ def _cost(spare: Floats) -> Floats:
 
 
 def _family(scene: Scene, points: Floats):
-    """A function (k, free angles) -> (configurations, valid, free angles) at path point k, each row one candidate."""
+    """A function (k, free angles (m, d)) -> (configurations, valid, free angles) at path point k, each row one candidate."""
     robot, last = arm(scene), len(points) - 1
     fraction = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
     fraction /= max(fraction[-1], 1e-300)
+    alone = _by_position(scene)
     humanoid = kinematics.classify(robot).name == "humanoid_arm"
     normals = _normals(robot, scene.start, scene.goal, fraction) if humanoid else None
-    motors: Any = None if humanoid else _poses(robot, scene.start, scene.goal, points, fraction)
+    motors: Any = None if humanoid or alone else _poses(robot, scene.start, scene.goal, points, fraction)
 
     def family(k: int, free: Floats):
         target = scene.start if k == 0 else scene.goal if k == last else None
         if isinstance(target, JointTarget):
-            return target.q[None].copy(), np.ones(1, bool), np.zeros(1)
-        goal: Any = motors[k] if normals is None else kinematics.GripperOnPlane(points[k], normals[k])
-        found = inverse_over(robot, goal, free)
+            return target.q[None].copy(), np.ones(1, bool), np.zeros((1, free.shape[1]))
+        if alone:
+            found = inverse_over_point(robot, points[k], free)
+        else:
+            goal: Any = motors[k] if normals is None else kinematics.GripperOnPlane(points[k], normals[k])
+            found = inverse_over(robot, goal, free[:, 0])
         rows = found.q.reshape(-1, robot.n_joints)
-        return rows, found.valid.reshape(-1), np.repeat(free, len(rows) // len(free))
+        return rows, found.valid.reshape(-1), np.repeat(free, len(rows) // len(free), axis=0)
 
     return family
 

@@ -17,6 +17,7 @@ from ._clearance import arm, margin, touch
 Floats = NDArray[np.float64]
 
 FREE_SAMPLES = 72  # of the redundancy circle: 5 degrees apart
+_POINT_SAMPLES = 36, 20  # of the two freedoms that a position alone leaves an arm of kind us5: psi, q5
 _SEEDS = 24  # of a numerical inverse
 
 
@@ -58,6 +59,8 @@ def _scope(scene: Scene, which: str, count: int, kept: str = "") -> str:
     else:
         postures = f"the best of {count} postures{kept}"
     structure = kinematics.classify(arm(scene))
+    if not isinstance(target, (GripperPlaneTarget, PoseTarget)) and structure.position is not None:
+        return f", in {postures}: every branch, with {_POINT_SAMPLES[0]} values of psi by {_POINT_SAMPLES[1]} of q5"
     if not isinstance(target, (GripperPlaneTarget, PoseTarget)) or not structure.is_closed_form:
         return f", in {postures} that a numerical search found; others may exist"
     if structure.parameter is None:
@@ -73,7 +76,8 @@ def _explained(scene: Scene, which: str, reason: str) -> str:
     if target is None:
         return reason
     structure = kinematics.classify(robot)
-    if structure.is_closed_form and structure.parameter is None and not isinstance(target, Point):
+    alone = structure.position is not None and isinstance(target, Point)
+    if alone or (structure.is_closed_form and structure.parameter is None and not isinstance(target, Point)):
         return kinematics.inverse(robot, target).explain(robot, target) or reason
     return f"{reason}; {nearest_pose(robot, target)}"
 
@@ -151,8 +155,29 @@ def inverse_over(robot: Robot, target, free: Floats) -> kinematics.IkSolutions:
 
 
 def inverse_of_point(scene: Scene, point: Floats, rng: np.random.Generator) -> tuple[Floats, str]:
-    """Configurations (m, n) with the tool at a point, any orientation, from many seeds."""
-    return _from_seeds(scene, Point.from_euclidean(point), rng)
+    """Configurations (m, n) with the tool at a point, any orientation: over the freedoms of a closed form, or from many seeds."""
+    robot = arm(scene)
+    if kinematics.classify(robot).position is None:
+        return _from_seeds(scene, Point.from_euclidean(point), rng)
+    q, reason = _valid_rows(inverse_over_point(robot, point, point_grid(robot)[0]))
+    best = kinematics.inverse(robot, Point.from_euclidean(point))
+    q = np.concatenate([best.q[best.valid], q])
+    inside = within_limits(robot, q)
+    return (q[inside], "") if inside.any() or not len(q) else (q[:0], limit_reason(robot, q))
+
+
+def point_grid(robot: Robot) -> tuple[Floats, Floats]:
+    """Values (m, 2) of psi and q5 to look at for a position alone, and their spacing (2,)."""
+    turns, rolls = _POINT_SAMPLES
+    lower, upper = np.clip([robot.limits.lower[4], robot.limits.upper[4]], -np.pi, np.pi)
+    psi, last = np.linspace(-np.pi, np.pi, turns, endpoint=False), np.linspace(lower, upper, rolls)
+    values = np.stack(np.meshgrid(psi, last, indexing="ij"), axis=-1).reshape(-1, 2)
+    return values, np.array([2.0 * np.pi / turns, (upper - lower) / (rolls - 1)])
+
+
+def inverse_over_point(robot: Robot, point: Floats, free: Floats) -> kinematics.IkSolutions:
+    """All branches of the closed form for a position alone, at values (m, 2) of psi and q5."""
+    return kinematics.inverse(robot, Point.from_euclidean(point), psi=free[:, 0], q5=free[:, 1])
 
 
 def _from_seeds(scene: Scene, target, rng: np.random.Generator) -> tuple[Floats, str]:
