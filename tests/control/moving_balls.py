@@ -95,8 +95,14 @@ def fastest_retreat(loop, q, row, others, ahead=0.2, careful=0.0):
     return float(-solution.fun) if solution.status == 0 else -np.inf  # squeezed: nothing helps
 
 
+def may_touch(robot, balls):
+    """(m, balls) which bodies may touch which balls, from the names: no array of the package."""
+    names = [robot.link_names[link] for link in robot.capsules.link]
+    return np.array([[(name, f"ball {k}") in robot.allowed_obstacles for k in range(balls)] for name in names])
+
+
 def rows_at(robot, q, centres, radii, below):
-    """Pairs nearer than `below`: distance, body, ball, and the gradient of the distance by finite differences."""
+    """Pairs nearer than `below` that may not touch: distance, body, ball, and the gradient of it by finite differences."""
 
     def distances(Q):
         x, r = sphere_centres(robot, Q)
@@ -107,7 +113,7 @@ def rows_at(robot, q, centres, radii, below):
     d = distances(stencil)
     n = len(q)
     slope = (d[1 : 1 + n] - d[1 + n :]) / (2 * e)
-    near = zip(*np.nonzero(d[0] < below))
+    near = zip(*np.nonzero((d[0] < below) & ~may_touch(robot, len(radii))))
     return [(d[0, i, j], i, j, slope[:, i, j]) for i, j in near if robot.capsules.link[i] > 0]
 
 
@@ -116,7 +122,8 @@ def simulate(
 ):
     """Runs the loop, which may see how the balls move now (known) or not; new goals as it arrives or every 4 s.
 
-    Returns contacts (the first of each touch), steps by reason, least clearance, goals reached, and what limits say.
+    Returns contacts (the first of each touch), steps by reason, least clearance, goals reached, what limits say, and how many
+    times a body was in a contact that is allowed.
     """
     rng = np.random.default_rng(seed)
     flight = Flight(rng, balls, speed)
@@ -134,7 +141,7 @@ def simulate(
     contacts, touching, reasons, least = [], set(), {}, np.inf
     goal, since, reached = None, 0.0, 0
     count = round(seconds / period)
-    unproved = 0
+    unproved, touched, may = 0, 0, may_touch(robot, balls)
     worst_speed = worst_acceleration = 0.0
     before = np.zeros(robot.n_joints)
     for start in range(0, count, chunk):
@@ -161,7 +168,9 @@ def simulate(
         C = np.array([c[0] for c in Cs])
         d = np.full((len(Q), len(C[0])), np.inf)
         for i in moving:
-            d = np.minimum(d, np.linalg.norm(x[:, i, None] - C, axis=-1) - r[i] - flight.radii)
+            own = np.linalg.norm(x[:, i, None] - C, axis=-1) - r[i] - flight.radii
+            d = np.minimum(d, np.where(may[i], np.inf, own))
+            touched += int((may[i] & (own < 0.0)).any(axis=1).sum())
         least = min(least, d.min())
         for k, j in zip(*np.nonzero(d < 0.0)):
             if (j, start + k - 1) not in touching:
@@ -197,6 +206,7 @@ def simulate(
         least=least,
         reached=reached,
         unproved=unproved,
+        touched=touched,
         speed=worst_speed,
         acceleration=worst_acceleration,
     )
