@@ -81,8 +81,8 @@ class Contact:
 def fastest_retreat(loop, q, row, others, ahead=0.2, careful=0.0):
     """max a . u over the velocity limits, while no joint runs into its limit and no other pair touches within `ahead` seconds.
 
-    others: (distance, closing speed of the ball, gradient) of the other pairs that are near; those nearer than `careful` may not be
-    approached at all.
+    others: (distance, closing speed of the ball, gradient) of the other pairs that are near, also of the robot's own bodies (speed
+    0); those nearer than `careful` may not be approached at all.
     """
     limits = loop._limits
     low = np.minimum(np.maximum(-limits[2], (limits[0] - q) / ahead), 0.0)
@@ -108,13 +108,29 @@ def rows_at(robot, q, centres, radii, below):
         x, r = sphere_centres(robot, Q)
         return np.linalg.norm(x[:, :, None] - centres[None, None], axis=-1) - r[:, None] - radii
 
-    e = 1e-6
-    stencil = np.concatenate([q[None], q + e * np.eye(len(q)), q - e * np.eye(len(q))])
-    d = distances(stencil)
-    n = len(q)
-    slope = (d[1 : 1 + n] - d[1 + n :]) / (2 * e)
-    near = zip(*np.nonzero((d[0] < below) & ~may_touch(robot, len(radii))))
-    return [(d[0, i, j], i, j, slope[:, i, j]) for i, j in near if robot.capsules.link[i] > 0]
+    d, slope = with_slope(distances, q)
+    near = zip(*np.nonzero((d < below) & ~may_touch(robot, len(radii))))
+    return [(d[i, j], i, j, slope[:, i, j]) for i, j in near if robot.capsules.link[i] > 0]
+
+
+def own_rows(robot, q, below):
+    """Distance and gradient of the pairs of the robot's own bodies that are nearer than `below`."""
+    links = robot.capsules.link
+    i, j = np.concatenate([np.argwhere((links[:, None] == a) & (links == b)) for a, b in robot.self_pairs]).T
+
+    def distances(Q):
+        x, r = sphere_centres(robot, Q)
+        return np.linalg.norm(x[:, i] - x[:, j], axis=-1) - r[i] - r[j]
+
+    d, slope = with_slope(distances, q)
+    return [(d[k], slope[:, k]) for k in np.flatnonzero(d < below)]
+
+
+def with_slope(distances, q):
+    """Distances at q, and their derivatives by each joint: finite differences."""
+    e, n = 1e-6, len(q)
+    d = distances(np.concatenate([q[None], q + e * np.eye(n), q - e * np.eye(n)]))
+    return d[0], (d[1 : 1 + n] - d[1 + n :]) / (2 * e)
 
 
 def simulate(
@@ -183,6 +199,7 @@ def simulate(
                     return float(n @ velocities[j] / np.linalg.norm(n))
 
                 others = [(e, closing(a, b), slope) for e, a, b, slope in rows if (a, b) != (i, j)]
+                others += [(e, 0.0, slope) for e, slope in own_rows(robot, Q[k], 0.05)]
                 retreat = fastest_retreat(loop, Q[k], row, others)
                 careful = fastest_retreat(loop, Q[k], row, others, careful=clearance + 0.3 * speed)
                 contacts.append(
