@@ -66,6 +66,7 @@ def main() -> None:
                     loop._solids.rows,
                     loop._speeds,
                     loop._velocities,
+                    loop._contacts,
                     arm.G,
                     arm.P,
                     loop._limits,

@@ -81,8 +81,8 @@ class Contact:
 def fastest_retreat(loop, q, row, others, ahead=0.2, careful=0.0):
     """max a . u over the velocity limits, while no joint runs into its limit and no other pair touches within `ahead` seconds.
 
-    others: (distance, closing speed of the ball, gradient) of the other pairs that are near; those nearer than `careful` may not be
-    approached at all.
+    others: (distance, closing speed of the ball, gradient) of the other pairs that are near, also of the robot's own bodies (speed
+    0); those nearer than `careful` may not be approached at all.
     """
     limits = loop._limits
     low = np.minimum(np.maximum(-limits[2], (limits[0] - q) / ahead), 0.0)
@@ -95,20 +95,42 @@ def fastest_retreat(loop, q, row, others, ahead=0.2, careful=0.0):
     return float(-solution.fun) if solution.status == 0 else -np.inf  # squeezed: nothing helps
 
 
+def may_touch(robot, balls):
+    """(m, balls) which bodies may touch which balls, from the names: no array of the package."""
+    names = [robot.link_names[link] for link in robot.capsules.link]
+    return np.array([[(name, f"ball {k}") in robot.allowed_obstacles for k in range(balls)] for name in names])
+
+
 def rows_at(robot, q, centres, radii, below):
-    """Pairs nearer than `below`: distance, body, ball, and the gradient of the distance by finite differences."""
+    """Pairs nearer than `below` that may not touch: distance, body, ball, and the gradient of it by finite differences."""
 
     def distances(Q):
         x, r = sphere_centres(robot, Q)
         return np.linalg.norm(x[:, :, None] - centres[None, None], axis=-1) - r[:, None] - radii
 
-    e = 1e-6
-    stencil = np.concatenate([q[None], q + e * np.eye(len(q)), q - e * np.eye(len(q))])
-    d = distances(stencil)
-    n = len(q)
-    slope = (d[1 : 1 + n] - d[1 + n :]) / (2 * e)
-    near = zip(*np.nonzero(d[0] < below))
-    return [(d[0, i, j], i, j, slope[:, i, j]) for i, j in near if robot.capsules.link[i] > 0]
+    d, slope = with_slope(distances, q)
+    near = zip(*np.nonzero((d < below) & ~may_touch(robot, len(radii))))
+    return [(d[i, j], i, j, slope[:, i, j]) for i, j in near if robot.capsules.link[i] > 0]
+
+
+def own_rows(robot, q, below):
+    """Distance and gradient of the pairs of the robot's own bodies that are nearer than `below`."""
+    links = robot.capsules.link
+    i, j = np.concatenate([np.argwhere((links[:, None] == a) & (links == b)) for a, b in robot.self_pairs]).T
+
+    def distances(Q):
+        x, r = sphere_centres(robot, Q)
+        return np.linalg.norm(x[:, i] - x[:, j], axis=-1) - r[i] - r[j]
+
+    d, slope = with_slope(distances, q)
+    return [(d[k], slope[:, k]) for k in np.flatnonzero(d < below)]
+
+
+def with_slope(distances, q):
+    """Distances at q, and their derivatives by each joint: finite differences."""
+    e, n = 1e-6, len(q)
+    d = distances(np.concatenate([q[None], q + e * np.eye(n), q - e * np.eye(n)]))
+    return d[0], (d[1 : 1 + n] - d[1 + n :]) / (2 * e)
 
 
 def simulate(
@@ -116,7 +138,8 @@ def simulate(
 ):
     """Runs the loop, which may see how the balls move now (known) or not; new goals as it arrives or every 4 s.
 
-    Returns contacts (the first of each touch), steps by reason, least clearance, goals reached, and what limits say.
+    Returns contacts (the first of each touch), steps by reason, least clearance, goals reached, what limits say, and how many
+    times a body was in a contact that is allowed.
     """
     rng = np.random.default_rng(seed)
     flight = Flight(rng, balls, speed)
@@ -134,7 +157,7 @@ def simulate(
     contacts, touching, reasons, least = [], set(), {}, np.inf
     goal, since, reached = None, 0.0, 0
     count = round(seconds / period)
-    unproved = 0
+    unproved, touched, may = 0, 0, may_touch(robot, balls)
     worst_speed = worst_acceleration = 0.0
     before = np.zeros(robot.n_joints)
     for start in range(0, count, chunk):
@@ -161,7 +184,9 @@ def simulate(
         C = np.array([c[0] for c in Cs])
         d = np.full((len(Q), len(C[0])), np.inf)
         for i in moving:
-            d = np.minimum(d, np.linalg.norm(x[:, i, None] - C, axis=-1) - r[i] - flight.radii)
+            own = np.linalg.norm(x[:, i, None] - C, axis=-1) - r[i] - flight.radii
+            d = np.minimum(d, np.where(may[i], np.inf, own))
+            touched += int((may[i] & (own < 0.0)).any(axis=1).sum())
         least = min(least, d.min())
         for k, j in zip(*np.nonzero(d < 0.0)):
             if (j, start + k - 1) not in touching:
@@ -174,6 +199,7 @@ def simulate(
                     return float(n @ velocities[j] / np.linalg.norm(n))
 
                 others = [(e, closing(a, b), slope) for e, a, b, slope in rows if (a, b) != (i, j)]
+                others += [(e, 0.0, slope) for e, slope in own_rows(robot, Q[k], 0.05)]
                 retreat = fastest_retreat(loop, Q[k], row, others)
                 careful = fastest_retreat(loop, Q[k], row, others, careful=clearance + 0.3 * speed)
                 contacts.append(
@@ -197,6 +223,7 @@ def simulate(
         least=least,
         reached=reached,
         unproved=unproved,
+        touched=touched,
         speed=worst_speed,
         acceleration=worst_acceleration,
     )

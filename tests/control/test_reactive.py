@@ -1,6 +1,7 @@
 """The live loop: its guarantee against dense sampling, limits, goals, retreat and stop, self-collision, moving obstacles."""
 
 import os
+from collections import Counter
 from pathlib import Path
 
 import numpy as np
@@ -227,9 +228,12 @@ def test_retreat_then_stop_between_two_walls(spheres):
 
 def check_soak(robot, seconds, seeds, **options):
     """Contacts less than a second apart are one episode, named after its first: who is pinched is touched again."""
-    kinds, all_found = {"overrun": 0, "squeezed": 0, "avoidable": 0}, []
+    kinds, all_found, reasons = {"overrun": 0, "squeezed": 0, "avoidable": 0}, [], Counter()
+    touched, least = 0, np.inf
     for seed in seeds:
         found = simulate(robot, seconds / len(seeds), seed, **options)
+        reasons.update(found["reasons"])
+        touched, least = touched + found["touched"], min(least, found["least"])
         assert found["unproved"] == 0
         assert found["speed"] <= 1 + 1e-9 and found["acceleration"] <= 1 + 1e-9
         assert found["reasons"].get("moving", 0) > 0.2 * sum(found["reasons"].values()), found["reasons"]
@@ -240,7 +244,9 @@ def check_soak(robot, seconds, seeds, **options):
                 kinds[contact.kind] += 1
             all_found.append((seed, contact.kind, contact))
             last = contact.time
-    print(f"{seconds:g} s, episodes: {kinds}", *all_found, sep="\n")
+    print(f"{seconds:g} s, episodes: {kinds}, steps: {dict(reasons)}, least distance {least:.4f} m,", end=" ")
+    print(f"periods in allowed contacts: {touched}", *all_found, sep="\n")
+    assert (touched > 0) == bool(robot.allowed_obstacles)
     assert kinds["avoidable"] == 0, all_found
 
 
@@ -249,11 +255,22 @@ def test_random_moving_balls(spheres):
     check_soak(spheres, 10.0, range(2), speed=0.25, period=0.004)
 
 
+@pytest.fixture(params=["nothing", "some"])
+def soaked(request, spheres):
+    """The Panda that may touch nothing, or balls 0 and 1 with its hand, 2 with the forearm, 3 with all from there on."""
+    if request.param == "nothing":
+        return spheres
+    hand = ("panda_hand", "panda_leftfinger", "panda_rightfinger")
+    far = ("panda_link5", "panda_link6", "panda_link7", *hand)
+    balls = {"ball 0": hand, "ball 1": hand, "ball 2": far[:1], "ball 3": far}
+    return spheres.with_allowed(*((link, ball) for ball, links in balls.items() for link in links))
+
+
 @pytest.mark.slow
 @pytest.mark.timeout(3600)
-def test_an_hour_of_random_moving_balls(spheres):
+def test_an_hour_of_random_moving_balls(soaked):
     """HOROSPHERE_SOAK: other than 3600 seconds of simulated time."""
-    check_soak(spheres, float(os.environ.get("HOROSPHERE_SOAK", "3600")), range(12), speed=0.25, period=0.004)
+    check_soak(soaked, float(os.environ.get("HOROSPHERE_SOAK", "3600")), range(12), speed=0.25, period=0.004)
 
 
 def test_meshes_and_clouds(panda):
@@ -281,6 +298,104 @@ def test_meshes_and_clouds(panda):
         assert {step.other for _, step in log} <= {"ring", "scan"}
     loop.set_obstacles([])
     assert loop.slack == 0.0 and not any("ring" in note for note in loop.notes)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_only_allowed_contacts_are_left_out(panda, seed):
+    """Random contacts allowed among mixed solids: what is reported is the least of the table's other pairs, and those keep clear."""
+    rng = np.random.default_rng(seed)
+    cloud = PointCloud(rng.uniform(-0.05, 0.05, (80, 3)) + [0.5, -0.2, 0.3], 0.01, "cloud")
+    solids = [type(s)(*_parts(s), name=f"solid {k}") for k, s in enumerate(some_obstacles(rng, 8))]
+    solids = [s for s in [*solids, cloud] if distance.signed(panda, HOME, [s]) > 0.02]
+    carried = [panda.link_names[k] for k in np.unique(panda.capsules.link) if panda.links[k].name != "panda_link0"]
+    pairs = [(link, s.name) for link in carried for s in solids if rng.uniform() < 0.4]
+    robot = panda.with_allowed(*pairs, ("panda_hand", "nothing"))
+    loop = Reactive(robot, solids, period=0.004, goal=rng.uniform(panda.limits.lower, panda.limits.upper))
+    assert {note for note in loop.notes if "may touch" in note} == {f"{a} may touch {b}" for a, b in pairs}
+    q, log = run(loop, HOME, 1000)
+    Q = np.array([q for q, _ in log])
+    table = distance.table(panda, Q, solids)  # of the robot that may touch nothing
+    names = [panda.link_names[k] for k in panda.capsules.link]
+    free = np.array([[link in carried and (link, s.name) not in pairs for s in solids] for link in names])
+    others = table.distance[:, free].min(axis=1)
+    np.testing.assert_allclose([step.clearance for _, step in log], others, atol=1e-12)
+    assert others.min() >= 0.01 - 1e-9 and all(step.proved for _, step in log)
+    assert all((step.link, step.other) not in pairs for _, step in log)
+
+
+def _parts(solid):
+    if isinstance(solid, Ball):
+        return solid.center, solid.radius
+    return (
+        (solid.center, solid.half_sizes, solid.rotation) if isinstance(solid, Box) else (solid.a, solid.b, solid.radius)
+    )
+
+
+def test_an_allowed_contact_does_not_brake_and_others_do(panda):
+    """Down to a table: nothing allowed stops above it, the hand allowed goes in until link 7 stops it, all allowed ignores it."""
+    low = HOME + [0, 0.75, 0, -0.1, 0, 0.3, 0]
+    hand = ("panda_hand", "panda_leftfinger", "panda_rightfinger")
+    table = Box([0.6, 0, 0.05], [0.4, 0.6, 0.2], name="table")
+    found = {}
+    for name, links, obstacle in (
+        ("none", (), "table"),
+        ("other", panda.link_names, "bench"),
+        ("hand", hand, "table"),
+        ("all", panda.link_names, "table"),
+    ):
+        robot = panda.with_allowed(*((link, obstacle) for link in links))
+        _, log = run(Reactive(robot, [table], goal=low, period=0.004), HOME, 1500)
+        Q = np.array([q for q, _ in log])
+        found[name] = log[-1][1].reason, Q, distance.table(panda, Q, [table]).distance[:, :, 0]
+        assert all(step.proved for _, step in log)
+    names = np.array([panda.link_names[k] for k in panda.capsules.link])
+    own, carried = np.isin(names, hand), names != "panda_link0"
+    for name in ("none", "other"):
+        reason, _, d = found[name]
+        assert reason == "blocked" and d[:, carried].min() >= 0.01 - 1e-9
+    reason, _, d = found["hand"]
+    assert reason == "blocked" and d[:, own].min() < -0.07
+    assert 0.01 - 1e-9 <= d[:, carried & ~own].min() < 0.011
+    reason, Q, _ = found["all"]
+    _, log = run(Reactive(panda, [], goal=low, period=0.004), HOME, 1500)
+    assert reason == log[-1][1].reason == "arrived"
+    np.testing.assert_array_equal(Q, [q for q, _ in log])  # to the last bit, as if it were not there
+
+
+@pytest.mark.parametrize("allowed", [True, False])
+def test_what_is_held_may_rub_along_its_table(panda, allowed):
+    """A box in the gripper, 2 mm into the table: it slides on when the contact is allowed, else it draws back first."""
+    held = panda.with_attached([Box([0, 0, 0.1], [0.03, 0.03, 0.1])], name="part")
+    lowest = distance.table(held, HOME, [HalfSpace([0, 0, 1], -5.0)], self_collision=False).distance
+    part = held.capsules.link == held.link_names.index("part")
+    top = lowest[part].min() - 5.0 + 2e-3
+    table = Box([0.6, 0, top - 0.1], [0.3, 0.6, 0.1], name="table")
+    robot = held.with_allowed(("part", "table")) if allowed else held
+    side = HOME + [0.5, 0, 0, 0, 0, 0, 0]
+    q, log = run(Reactive(robot, [table], goal=side), HOME, 2000)
+    d = distance.table(held, np.array([q for q, _ in log]), [table]).distance[:, :, 0]
+    assert d[0, part].min() == pytest.approx(-2e-3, abs=1e-9)
+    assert {"moving", "arrived"} >= {step.reason for _, step in log} if allowed else log[0][1].reason == "retreating"
+    assert log[-1][1].reason == "arrived" or not allowed
+    assert d[-1, part].min() == pytest.approx(-2e-3, abs=1e-9) if allowed else d[-1, part].min() >= -2e-3 + 1e-5
+
+
+def test_a_contact_allowed_with_a_ball_that_comes(spheres):
+    """Balls given as arrays are named in order: the hand waits for the one it may touch, and draws back from the other."""
+    hand = sphere_centres(spheres, HOME[None])[0][0, -1]
+    radii = np.array([0.05, 0.05])
+    for other in ("ball 0", "ball 1"):
+        robot = spheres.with_allowed(*((name, other) for name in spheres.link_names))
+        loop = Reactive(robot, goal=HOME, obstacle_speed=0.2, period=0.004)
+        ball, q, reasons = hand - [0.4, 0, 0], HOME, set()
+        for _ in range(500):
+            step = loop.step(q, obstacles=(np.array([ball, [0.0, 0.0, 9.0]]), radii))
+            reasons.add(step.reason)
+            q, ball = step.q_next, ball + [0.2 * 0.004, 0, 0]
+        if other == "ball 0":
+            assert reasons == {"arrived"} and np.all(q == HOME)
+        else:
+            assert "retreating" in reasons and np.abs(q - HOME).max() > 0.05
 
 
 def test_the_chain_of_proofs(panda):

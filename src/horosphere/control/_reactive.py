@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..distance import pack_obstacles
+from ..distance import allowance, pack_obstacles
 from ..entities import Point
 from ..errors import InputError
 from ..numeric import float_array
@@ -23,7 +23,7 @@ Floats = NDArray[np.float64]
 REASONS = ("moving", "arrived", "blocked", "retreating", "stopping", "stopped")
 DEFAULT_VELOCITY = 1.0
 DEFAULT_RISE_TIME = 0.25
-_SEGMENT = 0.0
+_NO_CONTACTS = np.zeros((0, 0), np.bool_)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -34,7 +34,8 @@ class Step:
     `reason`: moving; arrived; blocked (at rest, the obstacles hold it off the goal); retreating (something came nearer than the
     clearance allows, and it moves away); stopping (no motion could be proved safe: it brakes on the last proved one); stopped.
     `proved`: the guarantee of docs/live-loop.md holds for this period and the stop after it.
-    `clearance`: distance to the nearest obstacle at q, m, from `link` to `other`; `self_clearance`: between the robot's own links.
+    `clearance`: distance to the nearest obstacle at q, m, from `link` to `other`, allowed contacts left out; `self_clearance`:
+    between the robot's own links.
     `error`, `angle`: distance to the goal (m, or joint units for joints) and rad. `stop_time`: s until rest, if need be.
     """
 
@@ -61,7 +62,8 @@ class Reactive:
     projection is the control barrier of [Rn]'s sampled-data clip.
 
     robot; obstacles: as in `shapes.as_shapes`; a mesh is enclosed in boxes (`shapes.box_cover`), `slack` and `notes` say how
-    closely, and of a point cloud every ball counts (a few hundred cost little). period: s. clearance, self_clearance: m.
+    closely, and of a point cloud every ball counts (a few hundred cost little). Pairs of `robot.allowed_obstacles` are not looked
+    at, and `notes` names them. period: s. clearance, self_clearance: m.
     goal: joints (n,), a Motor (pose of the tool frame) or a Point (of the tool's origin).
     gamma: largest share of the free distance that one period may use up (0, 1]. rate: 1/s, how fast a distance may close,
     per metre left (default: as fast as the slowest brake allows). gain: 1/s, how the error closes. speed, turn: of the tool, m/s
@@ -136,6 +138,7 @@ class Reactive:
         self._goal_buffer, self._goal = np.zeros(1 + max(n, 12)), None
         self._has_goal = False
         self._solids, self._speeds = Packed(np.zeros((0, 18)), np.zeros(0, np.int64), ()), np.zeros(0)
+        self._contacts = _NO_CONTACTS
         self._obstacles: Any = None
         self._speed: Any = None
         self._work: Any = None
@@ -163,12 +166,14 @@ class Reactive:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What was assumed of the robot, and what stands for meshes."""
+        """What was assumed of the robot, what stands for meshes, and which contacts are allowed."""
         meshes = (
             f"{name}: {len(cover.boxes)} boxes for the mesh, slack at most {cover.slack:.4f} m"
             for name, cover in self._covers.items()
         )
-        return (*self._assumed, *meshes)
+        there = self._solids.names
+        contacts = (f"{link} may touch {name}" for link, name in self.robot.allowed_obstacles if name in there)
+        return (*self._assumed, *meshes, *contacts)
 
     def reset(self, dq: ArrayLike | None = None) -> None:
         """Forget the motion so far: the robot is at rest, or moves at `dq` (n,)."""
@@ -224,6 +229,8 @@ class Reactive:
             # an own, writable copy: packed obstacles are shared
             self._owner = packed.owner.tolist()
             self._solids = Packed(np.array(packed.rows, order="C"), packed.owner, packed.names)
+            allowed = allowance(self.robot, self._solids)
+            self._contacts = _NO_CONTACTS if allowed is None else np.array(allowed[self._arm.order], order="C")
             self._obstacles = "balls" if balls else obstacles
         if obstacle_speed is None:
             obstacle_speed = self._speed
@@ -296,6 +303,7 @@ class Reactive:
             self._solids.rows,
             self._speeds,
             self._velocities,
+            self._contacts,
             arm.G,
             arm.P,
             self._limits,

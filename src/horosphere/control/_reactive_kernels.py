@@ -5,6 +5,7 @@ The robot comes as in `horosphere.distance._body_kernels`, its capsules sorted b
   G (g, 5) int64: self-collision groups: two frames, the frame both hang from, first pair and one past the last
   P (p, 2) int64: pairs of capsules      S, V, E: solids (rows of shapes.pack), how fast each may move, m/s, and the velocity
   that it probably has; of an unknown one (NaN) that it comes straight on
+  O (m, s) bool: which capsules may touch which solids, or (0, 0): none
   M (5, n): lower, upper, velocity, acceleration limits, weights of the projection
   par: see `_reactive_motion_kernels.py`
   goal: kind (0 joints, 1 pose, 2 point), then q, or rotation by rows and position, or position
@@ -47,7 +48,7 @@ NONE = np.int64(-1)
 
 
 @inner
-def look(J, C, L, F, B, K, S, V, G, P, T, X, M, par, top, reach, stop_time, N, I, A, b, seen):
+def look(J, C, L, F, B, K, S, V, O, G, P, T, X, M, par, top, reach, stop_time, N, I, A, b, seen):
     """Pairs that matter this period: N (c, 8) = distance, witness, direction, speed; I (c, 5) = capsule, other capsule, what it
     meets, frame that both hang from, frame of the other.
 
@@ -55,7 +56,7 @@ def look(J, C, L, F, B, K, S, V, G, P, T, X, M, par, top, reach, stop_time, N, I
     frame and solid and those that are close, and for the nearest pair of two frames. Returns (pairs, rows). seen: the least
     distance to a solid, capsule, solid, and of the robot's own pairs, capsule, pair.
     """
-    rate, count, rows = par[RATE], ZERO, ZERO
+    rate, count, rows, contacts = par[RATE], ZERO, ZERO, O.shape[0] > 0
     seen[0], seen[1], seen[2], seen[3], seen[4], seen[5] = np.inf, -1.0, -1.0, np.inf, -1.0, -1.0
     for k in range(1, J.shape[0]):
         if F[k, 1] > F[k, 0]:
@@ -77,6 +78,8 @@ def look(J, C, L, F, B, K, S, V, G, P, T, X, M, par, top, reach, stop_time, N, I
                     continue
                 nearest, best, first = np.inf, NONE, count
                 for i in range(F[k, 0], F[k, 1]):
+                    if contacts and O[i, j]:
+                        continue
                     if S[j, 0] != HALF_SPACE:
                         x = X[i, 0] + 0.5 * X[i, 3] - S[j, 1]
                         y = X[i, 1] + 0.5 * X[i, 4] - S[j, 2]
@@ -218,7 +221,7 @@ def project(u, A, b, rows, M, lo, hi, lam, nu, sweeps):
 
 
 @jit(_nrt=False)
-def step_into(J, C, L, K, F, B, S, V, E, G, P, M, par, goal, posture, tool, q, before, expected, work, I, out):
+def step_into(J, C, L, K, F, B, S, V, E, O, G, P, M, par, goal, posture, tool, q, before, expected, work, I, out):
     """One period: q (n,), velocity `before` (n,); `expected` (n,) is where q has to be for the stop from `before` to be proved.
 
     out: u (n,), reason, nearest solid (distance, capsule, solid), nearest own pair (3), proved, errors (2), time to rest, pairs,
@@ -251,7 +254,7 @@ def step_into(J, C, L, K, F, B, S, V, E, G, P, M, par, goal, posture, tool, q, b
         top[c] = max(abs(lo[c]), abs(hi[c]), abs(fallback[c]))
     longest, latest = stopping(top, M, h)
     count, rows = look(
-        J, C, L, F, B, K, S, V, G, P, T, X, M, par, top, longest, latest + h, N, I, A, b, out[n + 1 : n + 7]
+        J, C, L, F, B, K, S, V, O, G, P, T, X, M, par, top, longest, latest + h, N, I, A, b, out[n + 1 : n + 7]
     )
     error, angle = wanted(J, C, T, par, goal, posture, tool, q, M, Jt, H, base)
     away, found, rows = False, rows, ZERO

@@ -16,7 +16,10 @@ Integers = NDArray[np.int64]
 
 
 class Arm(NamedTuple):
-    """Arrays of a robot, named as in `_reactive_kernels.py`; `link`: names, one a capsule; `tool`: tip in its moving frame."""
+    """Arrays of a robot, named as in `_reactive_kernels.py`; `tool`: tip in its moving frame.
+
+    `link`: names, one a capsule; `order`: which of the robot's capsules it is.
+    """
 
     J: Integers
     C: Floats
@@ -29,6 +32,7 @@ class Arm(NamedTuple):
     tip: int
     tool: Floats
     link: tuple[str, ...]
+    order: Integers
 
 
 def pack_arm(robot: Robot) -> Arm:
@@ -52,7 +56,7 @@ def pack_arm(robot: Robot) -> Arm:
     G = np.column_stack([keys[starts], starts, stops]).astype(np.int64).reshape(-1, 5)
     tip, tool = _tip(robot, J, C)
     links = tuple(robot.links[robot.capsules.link[i]].name for i in order)
-    return Arm(J, C, L, K, F, B, np.ascontiguousarray(G), P.astype(np.int64), tip, tool, links)
+    return Arm(J, C, L, K, F, B, np.ascontiguousarray(G), P.astype(np.int64), tip, tool, links, order)
 
 
 def _ball(capsules: Floats) -> Floats:
