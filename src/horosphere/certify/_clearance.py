@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..distance import allowance, pack_obstacles, pack_robot
+from ..distance._pack import KIND_NUMBER, Body
 from ..errors import InputError
 from ..numeric import float_array
 from ..robots import Robot
@@ -17,8 +18,7 @@ from ..shapes import Packed
 
 Floats = NDArray[np.float64]
 RESOLUTION = 1e-9
-ITERATED = 1e-9
-CYLINDER, ELLIPSOID = 2.0, 4.0  # first column of a packed solid, see shapes.pack
+ROUNDING = 2.0**-53
 MAX_GAPS = 256
 
 
@@ -103,7 +103,7 @@ def clearance_bound(
     W = W if W.flags.writeable else W.copy()
     body, solids = pack_robot(robot, static), pack_obstacles(obstacles)
     pairs = body.pairs if self_collision else body.pairs[:0]
-    slack = rounding_slack(body.constants, body.capsules, solids, W)
+    slack = rounding_slack(body, solids, W)
     if not len(body.capsules) or not (len(solids.rows) or len(pairs)):
         return ClearanceBound(math.inf, math.inf, float(margin), None, None, (), slack, 0)
     kinds = np.array([tolerance, relative])
@@ -153,13 +153,16 @@ def clearance_bound(
     return ClearanceBound(lower, upper, float(margin), nearest, violation, unresolved, slack, evaluations)
 
 
-def rounding_slack(constants: Floats, capsules: Floats, solids: Packed, waypoints: Floats) -> float:
-    """What float64 can lose in a bound (m): 108 units of rounding for each frame of the coordinates and joint values in play.
-
-    Derived in docs/certificate.md. Distances to cylinders and ellipsoids are the result of an iteration, which gets 1e-9 m.
-    """
-    reach = float(np.linalg.norm(constants[:, 9:12], axis=1).sum() + np.abs(capsules).max(initial=0.0))
-    finite = solids.rows[:, 1:5][np.isfinite(solids.rows[:, 1:5])]
-    scale = reach + float(np.abs(finite).max(initial=0.0)) + float(np.abs(waypoints).max(initial=0.0)) * max(reach, 1.0)
-    iterated = ITERATED if np.isin(solids.rows[:, 0], (CYLINDER, ELLIPSOID)).any() else 0.0
-    return 108.0 * 2.0**-53 * len(constants) * (1.0 + scale) + iterated
+def rounding_slack(body: Body, solids: Packed, waypoints: Floats) -> float:
+    """What float64 can lose in a bound (m), whatever the bodies: derived term by term in docs/certificate.md."""
+    C, kind, coordinate = body.constants, body.joints[:, 1], body.joints[:, 2]
+    largest = np.abs(waypoints).max(axis=0, initial=0.0)
+    value = np.abs(C[:, 12]) * np.append(largest, 0.0)[coordinate] + np.abs(C[:, 13])
+    turns, slides = kind == KIND_NUMBER["revolute"], kind == KIND_NUMBER["prismatic"]
+    n, A = len(C) - 1, float(value[turns].max(initial=0.0))
+    ends = np.linalg.norm(body.capsules[:, :6].reshape(-1, 3), axis=1)
+    D = float(np.linalg.norm(C[:, 9:12], axis=1).sum() + value[slides].sum() + ends.max(initial=0.0))
+    rows = solids.rows
+    size = np.linalg.norm(rows[:, 1:4], axis=1) + np.where(np.isfinite(rows[:, 4]), rows[:, 4], 0.0)
+    both = D + float(size.max(initial=0.0)) + float(body.capsules[:, 6].max(initial=0.0))
+    return ROUNDING * (2.0 * (n + 1) * (27.0 + 7.0 * A) * D + (20.0 * n + 200.0) * both)
