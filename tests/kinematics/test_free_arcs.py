@@ -99,7 +99,9 @@ def test_nothing_touches_in_a_free_arc_and_little_is_left_out(name, count, step)
     for _ in range(count):
         q = rng.uniform(robot.limits.lower, robot.limits.upper)
         target = target_of(robot, q, rng)
-        obstacles = [o for o in every_kind(rng) if signed(robot, q, [o], static=False) > 0.01]  # so that something is free
+        obstacles = [
+            o for o in every_kind(rng) if signed(robot, q, [o], static=False) > 0.01
+        ]  # so that something is free
         own = 0.0 if len(robot.self_pairs) else None
         arcs = free_arcs(robot, target, obstacles, 0.01, self_clearance=own)
         false, more, seen = witnessed(robot, parameter, target, obstacles, arcs, values, 0.01, own, 1e-3)
@@ -110,7 +112,7 @@ def test_nothing_touches_in_a_free_arc_and_little_is_left_out(name, count, step)
 
 
 def test_bodies_in_the_hand_and_allowed_contacts_count_as_in_a_certificate():
-    robot, rng = load("panda"), np.random.default_rng(2)
+    robot = load("panda")
     values = np.arange(-np.pi + 1e-9, np.pi, 5e-3)
     target = forward(robot, [0.3, 0.4, 0.2, -1.9, 0.1, 2.2, 0.5])
     point = target.as_matrix()[:3, 3]

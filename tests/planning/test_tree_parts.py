@@ -11,7 +11,7 @@ from horosphere.planning._tree import Search
 from horosphere.planning._tree_model import body_pairs, cover, enclosing_ball, moving_frames, position_error, spans
 from horosphere.planning._tree_room import halton
 from horosphere.planning._tree_space import Space
-from horosphere.planning._world import merged, solid_rows
+from horosphere.planning._world import solid_rows
 from horosphere.robots._placement import link_frames, move_points, rotation_translation
 from horosphere.shapes import Ball, Box, Capsule, Cylinder, Ellipsoid, HalfSpace
 
@@ -144,19 +144,6 @@ def test_squares_of_distances(kind, seed):
         return
     assert (distance <= exact + 1e-6).all()  # never more than the truth, and near it
     assert (distance >= 0.9 * exact - 1e-3).all() and np.mean(distance >= 0.99 * exact - 1e-3) > 0.9
-
-
-@pytest.mark.parametrize("count", [50, 30_000])
-def test_large_clouds_are_merged_conservatively(count):
-    rng = np.random.default_rng(0)
-    points, radii = rng.uniform(-1, 1, (count, 3)) * [1, 1, 0.01], rng.uniform(0.001, 0.003, count)
-    centres, sizes = merged(points, radii, 1000)
-    assert len(centres) <= 1000
-    if count <= 1000:
-        np.testing.assert_array_equal(centres, points)
-    for k in range(0, count, 97):
-        assert (np.linalg.norm(centres - points[k], axis=1) + radii[k] - sizes).min() < 1e-12
-    assert sizes.max() < 0.12  # a plate of 4 square metres under 1000 balls
 
 
 def test_solids_out_of_reach_are_dropped():

@@ -8,7 +8,7 @@ import trimesh
 from scipy.spatial import cKDTree
 
 from horosphere.errors import InputError
-from horosphere.shapes import Mesh, PointCloud, ball_tree, box_cover, reduce_cloud
+from horosphere.shapes import Mesh, PointCloud, ball_tree, box_cover, few_balls, reduce_cloud
 
 
 def room(m, seed):
@@ -128,3 +128,17 @@ def test_boxes_hold_a_mesh_with_the_slack_stated(kind, most):
         y = box.center + (rng.uniform(-1, 1, (50, 3)) * box.half_sizes) @ box.rotation.T
         assert mesh.signed_distance(y).max() <= slack
     assert box_cover(mesh, most) is box_cover(mesh, most)
+
+
+@pytest.mark.parametrize("count", [50, 1001, 1500, 30_000])
+def test_few_balls_hold_a_large_cloud(count):
+    rng = np.random.default_rng(0)
+    points, radii = rng.uniform(-1, 1, (count, 3)) * [1, 1, 0.01], rng.uniform(0.001, 0.003, count)
+    points[0] = [100.0, 0.0, 0.0]  # a stray point far away must not cost the others their fineness
+    centres, sizes = few_balls(PointCloud(points, radii), 1000)
+    assert len(centres) <= 1000
+    if count <= 1000:
+        np.testing.assert_array_equal(centres, points)
+    for k in range(0, count, 97):
+        assert (np.linalg.norm(centres - points[k], axis=1) + radii[k] - sizes).min() < 1e-12
+    assert sizes.max() < 0.08  # a plate of 4 square metres under 1000 balls

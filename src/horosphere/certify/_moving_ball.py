@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputError
-from ..scenes import PointRobot, UnicycleRobot
+from ..scenes import Aerofoil, EllipsoidND, PointRobot, Star, UnicycleRobot
 from ._arrival import body_error
 from ._ball import ball_clearance
 from ._certificate import Certificate, Unresolved, Violation
+from ._clearance import ROUNDING
 
 if TYPE_CHECKING:
     from ..scenes import Scene
@@ -31,8 +32,8 @@ def certify_ball(scene: Scene, positions: Floats, times: Floats | None) -> Certi
     if positions.ndim != 2 or len(positions) == 0 or positions.shape[1] < n:
         raise InputError(f"expected waypoints (k, {n}), got {positions.shape}", place="trajectory")
     path, margin = np.ascontiguousarray(positions[:, :n]), options.clearance
-    scale = float(np.abs(path).max(initial=0.0)) + max((_extent(o) for o in scene.obstacles), default=0.0)
-    slack = 1e-14 * (1.0 + scale)
+    scale = float(np.linalg.norm(path, axis=1).max()) + max((_extent(o) for o in scene.obstacles), default=0.0)
+    slack = ROUNDING * (8.0 * n + 200.0) * (scale + robot.radius)  # docs/certificate.md
     violations: list[Violation] = []
     unresolved: list[Unresolved] = []
     lower, upper, nearest, evaluations = np.inf, np.inf, "nothing to touch", 0
@@ -110,9 +111,14 @@ def _at(k: int) -> tuple[int, float]:
     return (k - 1, 1.0) if k > 0 else (0, 0.0)
 
 
-def _extent(obstacle: object) -> float:
-    center = getattr(obstacle, "center", None)
-    if center is not None:
-        return float(np.abs(np.asarray(center)).max())
-    ball = getattr(obstacle, "bounding_ball", None)
-    return float(np.abs(ball()[0]).max()) if ball is not None else 0.0
+def _extent(obstacle: Any) -> float:
+    """Of the coordinates of a solid (m), roughly: how far it reaches from the origin."""
+    if isinstance(obstacle, Aerofoil):  # the image of |P - mu| = R under P + k^2 / P
+        R, off = abs(obstacle.k - obstacle.mu), abs(obstacle.mu)
+        return float(np.linalg.norm(obstacle.center)) + off + R + obstacle.k**2 / max(abs(R - off), 1e-300)
+    if isinstance(obstacle, Star):
+        return float(np.linalg.norm(obstacle.center)) + obstacle.radius * (1.0 + obstacle.amplitude)
+    if isinstance(obstacle, EllipsoidND):
+        return float(np.linalg.norm(obstacle.center) + obstacle.semi_axes.max())
+    center, radius = obstacle.bounding_ball()
+    return float(np.linalg.norm(center)) + (radius if np.isfinite(radius) else 0.0)

@@ -13,8 +13,7 @@ from ..shapes import Packed
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
-ITERATED = 1e-9
-CYLINDER, ELLIPSOID = 2.0, 4.0  # first column of a packed solid, see shapes.pack
+ROUNDING = 2.0**-53
 KIND_NUMBER = {"fixed": 0, "revolute": 1, "prismatic": 2}
 
 
@@ -100,13 +99,16 @@ def _self_pairs(robot: Robot, frames: Integers, parents: list[int]) -> Integers:
     return np.array(rows, np.int64).reshape(-1, 3)
 
 
-def rounding_slack(constants: Floats, capsules: Floats, solids: Packed, q: Floats) -> float:
-    """What float64 can lose in a bound (m): 108 units of rounding for each frame of the coordinates and joint values in play.
-
-    Derived in docs/certificate.md. Distances to cylinders and ellipsoids are the result of an iteration, which gets 1e-9 m.
-    """
-    reach = float(np.linalg.norm(constants[:, 9:12], axis=1).sum() + np.abs(capsules).max(initial=0.0))
-    finite = solids.rows[:, 1:5][np.isfinite(solids.rows[:, 1:5])]
-    scale = reach + float(np.abs(finite).max(initial=0.0)) + float(np.abs(q).max(initial=0.0)) * max(reach, 1.0)
-    iterated = ITERATED if np.isin(solids.rows[:, 0], (CYLINDER, ELLIPSOID)).any() else 0.0
-    return 108.0 * 2.0**-53 * len(constants) * (1.0 + scale) + iterated
+def rounding_slack(body: Body, solids: Packed, waypoints: Floats) -> float:
+    """What float64 can lose in a bound (m), whatever the bodies: derived term by term in docs/certificate.md."""
+    C, kind, coordinate = body.constants, body.joints[:, 1], body.joints[:, 2]
+    largest = np.abs(waypoints).max(axis=0, initial=0.0)
+    value = np.abs(C[:, 12]) * np.append(largest, 0.0)[coordinate] + np.abs(C[:, 13])
+    turns, slides = kind == KIND_NUMBER["revolute"], kind == KIND_NUMBER["prismatic"]
+    n, A = len(C) - 1, float(value[turns].max(initial=0.0))
+    ends = np.linalg.norm(body.capsules[:, :6].reshape(-1, 3), axis=1)
+    D = float(np.linalg.norm(C[:, 9:12], axis=1).sum() + value[slides].sum() + ends.max(initial=0.0))
+    rows = solids.rows
+    size = np.linalg.norm(rows[:, 1:4], axis=1) + np.where(np.isfinite(rows[:, 4]), rows[:, 4], 0.0)
+    both = D + float(size.max(initial=0.0)) + float(body.capsules[:, 6].max(initial=0.0))
+    return ROUNDING * (2.0 * (n + 1) * (27.0 + 7.0 * A) * D + (20.0 * n + 200.0) * both)

@@ -166,7 +166,7 @@ class _Room:
         if touch is None:
             touch = np.zeros((len(body.capsules), len(solids.rows)), bool)
         held = body.frames == (one.path[-1] if one.holds_tool else -2)
-        slack = rounding_slack(body.constants, body.capsules, solids, np.full(1, np.pi))
+        slack = rounding_slack(body, solids, np.full((1, robot.n_joints), 2.0 * np.pi))
         unlimited = np.full(robot.n_joints, np.inf)
         wishes = ["inside the joint limits" if limits else "within reach"]
         if len(solids.rows):

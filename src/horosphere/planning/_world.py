@@ -10,13 +10,25 @@ from numpy.typing import NDArray
 
 from ..errors import InputError
 from ..robots import Robot
-from ..shapes import Ball, Box, Capsule, Cylinder, Ellipsoid, HalfSpace, Mesh, PointCloud, Shape, box_cover
+from ..shapes import (
+    Ball,
+    Box,
+    Capsule,
+    Cylinder,
+    Ellipsoid,
+    HalfSpace,
+    Mesh,
+    PointCloud,
+    Shape,
+    box_cover,
+    few_balls,
+)
 
 Floats = NDArray[np.float64]
 _BOX, _CAPSULE, _CYLINDER, _ELLIPSOID, _HALF_SPACE = 0.0, 1.0, 2.0, 3.0, 4.0
 ROW_BYTES = 16 * 8
 MOST_BALLS = 4000
-"""Points of one cloud beyond which near ones are merged into a ball that holds them."""
+"""Points of one cloud beyond which near ones are taken together, in a ball that holds them."""
 SUPPORTED = ("Ball", "Box", "Capsule", "Cylinder", "Ellipsoid", "HalfSpace", "Mesh", "PointCloud")
 
 
@@ -48,7 +60,7 @@ def _rows(obstacle: Shape) -> bytes:
     elif kind is HalfSpace:
         row = (_HALF_SPACE, 0.0, 0.0, 0.0, *shape.normal, *(0.0,) * 6, shape.distance, 0.0, 0.0)
     elif kind is PointCloud:
-        points, radii = merged(shape.points, np.broadcast_to(shape.radius, len(shape.points)))
+        points, radii = few_balls(shape, MOST_BALLS)
         row = np.zeros((len(points), 16))
         row[:, 0], row[:, 1:4], row[:, 6], row[:, 14] = _CAPSULE, points, 1.0, radii
     else:
@@ -65,27 +77,6 @@ def allowed_rows(allowed: tuple[tuple[str, ...], ...], obstacles: tuple[Shape, .
     """(C, m) which rows of `solid_rows` each body may touch, from the names it may touch."""
     names = [shape.name for shape in obstacles for _ in range(len(rows_of(shape)) // ROW_BYTES)]
     return np.array([[bool(name) and name in own for name in names] for own in allowed], np.uint8)
-
-
-def merged(points: Floats, radii: Floats, most: int = MOST_BALLS) -> tuple[Floats, Floats]:
-    """Balls (m, 3), (m,) as they are; of more than `most`, one round those in each cell of a grid as fine as can be."""
-    if len(points) <= most:
-        return points, radii
-    low = points.min(axis=0)
-    cell = max(float(np.ptp(points, axis=0).max()) / 2000.0, 1e-9)
-    while True:
-        index = ((points - low) / cell).astype(np.int64)
-        keys, number = np.unique((index[:, 0] << 42) + (index[:, 1] << 21) + index[:, 2], return_inverse=True)
-        if len(keys) <= most:
-            break
-        cell *= max((len(keys) / most) ** 0.4, 1.1)
-    first, last = np.full((len(keys), 3), np.inf), np.full((len(keys), 3), -np.inf)
-    np.minimum.at(first, number, points)
-    np.maximum.at(last, number, points)
-    centres = 0.5 * (first + last)
-    sizes = np.zeros(len(keys))
-    np.maximum.at(sizes, number, np.linalg.norm(points - centres[number], axis=1) + radii)
-    return centres, sizes
 
 
 def _axial(kind: float, shape: Any) -> tuple[float, ...]:

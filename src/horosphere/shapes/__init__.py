@@ -12,6 +12,7 @@ from ._flat import HalfSpace as HalfSpace
 from ._pack import Packed as Packed
 from ._pack import pack as pack
 from ._reduce import Reduced as Reduced
+from ._reduce import few_balls as few_balls
 from ._reduce import reduce_cloud as reduce_cloud
 from ._round import Ball as Ball
 from ._round import Capsule as Capsule

@@ -52,7 +52,7 @@ def number(value: Any, place: str, *, positive: bool = False) -> float:
 
 
 def rotation_matrix(value: ArrayLike | None, place: str) -> Floats:
-    """A proper rotation (3, 3) to 1e-9; None is the identity."""
+    """A proper rotation (3, 3), given to 1e-9; what rounds by more than 1e-15 is made one. None is the identity."""
     R = private(np.eye(3) if value is None else value, place, last=3, ndim=2)
     if R.shape != (3, 3):
         raise InputError(f"expected shape (3, 3), got {R.shape}", place=place)
@@ -63,6 +63,8 @@ def rotation_matrix(value: ArrayLike | None, place: str) -> Floats:
         )
     if np.linalg.det(R) < 0.0:
         raise InputError("a reflection (determinant -1), not a rotation", place=place, remedy="flip one column")
+    if error > 1e-15:  # a step of Newton towards the nearest one: 1e-9 becomes 1e-18, and distances may be trusted
+        R = private(0.5 * R @ (3.0 * np.eye(3) - R.T @ R), place, last=3, ndim=2)
     return R
 
 

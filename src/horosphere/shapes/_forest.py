@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ._ball_tree import ball_tree
 from ._base import Floats
 from ._sampled import Mesh, PointCloud
-from ._shells import shells
+from ._shells import shells, unit_normals
 
 CLOUD, MESH = 5.0, 6.0
 WIDTH, TRIANGLE = 18, 34
@@ -85,10 +85,8 @@ def _mesh(mesh: Mesh) -> tuple[Floats, Forest]:
         middle = 0.5 * (corners.min(axis=1) + corners.max(axis=1))
         radius = np.linalg.norm(corners - middle[:, None], axis=-1).max(axis=1) * (1.0 + 1e-12)
         tree = ball_tree(PointCloud(middle, radius), LEAF)
-        normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-        length = np.linalg.norm(normal, axis=1, keepdims=True)
         m = len(corners)
-        parts = (corners, normal / np.where(length > 0.0, length, 1.0), shell.edges, shell.corners)
+        parts = (corners, unit_normals(corners), shell.edges, shell.corners)
         table = np.column_stack([*(part.reshape(m, -1) for part in parts), middle, radius])[tree.order]
         row = np.zeros((1, WIDTH))
         row[0, 0], row[0, 1:5] = MESH, tree.nodes[0]

@@ -1,14 +1,16 @@
-"""A large point cloud made small: one ball a cell of a grid, all points inside, the slack stated."""
+"""A large point cloud made small, all points inside: one ball a cell of a grid, with the slack, or so many balls at most."""
 
 from __future__ import annotations
 
+from heapq import heappop, heappush
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import InputError
-from ._base import number
+from ._base import Floats, number
+from ._forest import grow
 from ._sampled import PointCloud
 
 
@@ -49,3 +51,27 @@ def reduce_cloud(points: PointCloud | ArrayLike, voxel: float, radius: float = 0
     # rounding must not put a point outside; a cell with one point keeps its ball to the last bit
     radii = np.where(counts > 1, radii * (1.0 + 1e-12), radii)
     return Reduced(PointCloud(centre, radii, name or cloud.name), max(slack, 0.0))
+
+
+def few_balls(cloud: PointCloud, most: int) -> tuple[Floats, Floats]:
+    """Centres (k, 3) and radii (k,) of at most `most` balls that hold all balls of a cloud; the balls themselves if they are few.
+
+    Nodes of the cloud's tree: the largest is divided again and again. Uses the index that distances need anyway.
+    """
+    if len(cloud.points) <= most:
+        return cloud.points, np.broadcast_to(cloud.radius, len(cloud.points))
+    rows, (nodes, ends, balls, _) = grow(cloud)
+    radii, first = nodes[:, 3].tolist(), int(rows[0, 7]) - 1  # the first leaf
+    heap, single = [(-radii[0], 0)], []
+    while heap and len(heap) + len(single) < most:
+        node = heappop(heap)[1]
+        if node < first:
+            for child in (2 * node + 1, 2 * node + 2):
+                heappush(heap, (-radii[child], child))
+        elif len(heap) + len(single) + ends[node - first + 1] - ends[node - first] <= most:
+            single += range(ends[node - first], ends[node - first + 1])
+        else:
+            heappush(heap, (-radii[node], node))
+            break
+    kept = np.concatenate([nodes[[node for _, node in heap]].reshape(-1, 4), balls[np.array(single, np.int64)]])
+    return kept[:, :3].copy(), kept[:, 3].copy()

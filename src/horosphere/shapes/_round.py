@@ -100,7 +100,8 @@ def ellipsoid_signed_distance(points: Floats, semi_axes: Floats) -> Floats:
     """Signed distance (...,) of points (..., n), in the ellipsoid's own frame, to sum (p_i / e_i)^2 = 1.
 
     By the largest root tau of sum (e_i p_i / (tau + e_i^2))^2 = 1, bisected to rounding: the foot of p is
-    e_i^2 p_i / (tau + e_i^2). Our derivation, after Lagrange.
+    e_i^2 p_i / (tau + e_i^2). What is returned is the distance to the tangent plane there, n . p - |e n|: for no unit n is that
+    above the signed distance, so it errs to the safe side but for rounding. Our derivation, after Lagrange.
     """
     p, e, least = np.abs(points), semi_axes, float(semi_axes.min())
     gaps = (e - least) * (e + least)
@@ -115,5 +116,6 @@ def ellipsoid_signed_distance(points: Floats, semi_axes: Floats) -> Floats:
     ratio = p / np.maximum(high[..., None] + gaps, 1e-300)
     rest = np.maximum(1.0 - ((e * ratio) ** 2).sum(axis=-1), 0.0)
     # between the foci the feet leave the plane of symmetry across the least axis
-    focal = (high < 1e-14 * least**2) * rest / least**2
-    return (high - least**2) * np.sqrt((ratio**2).sum(axis=-1) + focal)
+    ratio[..., int(e.argmin())] += np.where(high < 1e-14 * least**2, np.sqrt(rest) / least, 0.0)
+    normal = ratio / np.linalg.norm(ratio, axis=-1, keepdims=True)
+    return (normal * p).sum(axis=-1) - np.linalg.norm(e * normal, axis=-1)

@@ -3,8 +3,9 @@
 The arrays are those of `_forest.Forest`; numbers of a row of `pack`:
   6 first node, 7 number of leaves, 8 first entry of `ends`, 9: 0 a surface, 1 a solid, 2 a convex solid
   10, 11 first and last + 1 of its triangles or balls, 12-17 the corners of its box
-A triangle (34): corners 0-8, unit normal 9-11, sums of the normals at its edges 12-20 (the edge after corner k at 12 + 3 k),
-sums of the normals at its corners weighted by angles 21-29, a ball round it 30-33. A ball (4): centre, radius.
+A triangle (34): corners 0-8, unit normal 9-11 (zero if the corners lie in a line: only its edges count), sums of the normals at
+its edges 12-20 (the edge after corner k at 12 + 3 k), sums of the normals at its corners weighted by angles 21-29, a ball round
+it 30-33. A ball (4): centre, radius.
 Node i of a tree with k leaves has the children 2 i + 1 and 2 i + 2; nodes k - 1 .. 2 k - 2 are the leaves.
 """
 
@@ -115,11 +116,12 @@ def _to_triangle(T, k, ax, ay, az, ux, uy, uz, best):
     lowest = 0.0 if height * (height + rise) < 0.0 else min(abs(height), abs(height + rise))
     if lowest >= best:
         return best, 0.0, -1
+    flat = nx == 0.0 and ny == 0.0 and nz == 0.0
     if height * (height + rise) <= 0.0 and rise != 0.0:
         t = clamp(-height / rise)
         if _point_in_prism(T, k, ax + t * ux, ay + t * uy, az + t * uz):
             return 0.0, t, 0
-    for end in range(2):
+    for end in range(0 if flat else 2):
         t = float(end)
         d = abs(height + t * rise)
         if d < best and _point_in_prism(T, k, ax + t * ux, ay + t * uy, az + t * uz):
@@ -239,6 +241,8 @@ def _out_of_convex(S, j, T, ax, ay, az, ux, uy, uz):
     uu = ux * ux + uy * uy + uz * uz
     for k in range(int(S[j, 10]), int(S[j, 11])):
         nx, ny, nz = T[k, 9], T[k, 10], T[k, 11]
+        if nx == 0.0 and ny == 0.0 and nz == 0.0:
+            continue
         rise = nx * ux + ny * uy + nz * uz
         depth = nx * (T[k, 0] - ax) + ny * (T[k, 1] - ay) + nz * (T[k, 2] - az) - min(rise, 0.0)
         if depth < best:
