@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..distance import ROUNDING
 from ..errors import InputError
 from ..scenes import Aerofoil, EllipsoidND, PointRobot, Star, UnicycleRobot
 from ._arrival import body_error
 from ._ball import ball_clearance
 from ._certificate import Certificate, Unresolved, Violation
-from ._clearance import ROUNDING
 
 if TYPE_CHECKING:
     from ..scenes import Scene

@@ -1,5 +1,6 @@
 """Signed distances between a robot and obstacles, exact, with gradients; metres."""
 
+from ._pack import ROUNDING as ROUNDING
 from ._pack import pack_robot as pack_robot
 from ._pack import rounding_slack as rounding_slack
 from ._signed import allowance as allowance
