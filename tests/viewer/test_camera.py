@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import horosphere.scenes as sc
-from horosphere.viewer._recording import _camera
+from horosphere.viewer._recording import _camera, direction
 
 
 @pytest.mark.parametrize("name", ["humanoid-reach", "panda-table", "rn-fig1-basic"])
@@ -19,7 +19,7 @@ def test_everything_is_in_the_picture(name, seed):
     if scene.dimension == 2:
         points[:, 2] = 0.0
     server = SimpleNamespace(initial_camera=SimpleNamespace())
-    _camera(server, scene, up, points)
+    _camera(server, scene, up, direction(scene, up), points)
     camera = server.initial_camera
     back = np.subtract(camera.position, camera.look_at)
     back /= np.linalg.norm(back)

@@ -203,7 +203,7 @@ def allowed_contacts(robot: Robot, obstacles: tuple[Any, ...]) -> tuple[str, ...
     """Contacts that somebody allowed, in words: of links with obstacles that are there, and of links with each other."""
     there = {getattr(obstacle, "name", "") for obstacle in obstacles}
     found = [f"{link} may touch {name}" for link, name in robot.allowed_obstacles if name in there]
-    said = ("allowed by the caller", "disabled in the SRDF", "always touching", "not seen touching")
+    said = ("allowed by", "disabled in the SRDF", "always touching", "not seen touching")
     pairs = [pair for pair in robot.pair_table if not pair.checked and pair.reason.startswith(said)]
     return (*found, *(f"{pair.first} may touch {pair.second}: {pair.reason}" for pair in pairs))
 

@@ -39,7 +39,14 @@ def field(
     from ..errors import InputError
     from ..io import output_folder
     from ..scenes import PointRobot, Scene, UnicycleRobot
+    from ..scenes._moveit_files import names_moveit
 
+    if names_moveit(scene):
+        raise InputError(
+            "the picture of a field shows a point or a unicycle, not that of a MoveIt scene, which is an arm",
+            place=scene,
+            remedy="`horosphere plan` writes a report of its motion",
+        )
     problem = Scene.load(scene)
     robot, start = problem.robot, getattr(problem.start, "position", None)
     if not isinstance(robot, (PointRobot, UnicycleRobot)) or start is None or problem.dimension > 3:

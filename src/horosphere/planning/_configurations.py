@@ -42,9 +42,9 @@ def configurations(scene: Scene, which: str) -> Configurations:
     q = np.ascontiguousarray(q[inside])
     margins = margin(scene, q)
     if not (margins >= 0.0).any():
-        return Configurations(
-            q[:0], f"{which} in collision: {touch(scene, q)}{_scope(scene, which, len(q), ' within the limits')}"
-        )
+        near = touch(scene, q)
+        what = "in collision" if near.contact.distance < 0.0 else "too close"
+        return Configurations(q[:0], f"{which} {what}: {near}{_scope(scene, which, len(q), ' within the limits')}")
     order = np.argsort(-margins)
     return Configurations(np.ascontiguousarray(q[order[margins[order] >= 0.0]]))
 

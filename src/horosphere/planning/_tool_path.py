@@ -50,25 +50,24 @@ def tool_path(scene: Scene, start: Floats, goal: Floats, step: float, wider: dic
     from the obstacles of these names, for the sake of the links behind the tool.
     """
     grown = tool_radius(arm(scene)) + scene.options.clearance
-    centers, radii, notes = [], [], []
+    centers, radii, unseen = [], [], {}
     touchable = _touchable(arm(scene))
     for k, shape in enumerate(scene.obstacles):
         name = pack_obstacles(scene.obstacles).names[k]
         if isinstance(shape, HalfSpace):
-            notes.append(f"the field does not see {name!r}: a half-space; the links do")
+            unseen.setdefault("no balls hold half-spaces; the links see them", []).append(name)
             continue
         if name in touchable:
-            notes.append(f"the field does not see {name!r}: the tool may touch it")
+            unseen.setdefault("the tool may touch them", []).append(name)
             continue
         center, radius = shape.bounding_ball()
         nearest = min(np.linalg.norm(start - center), np.linalg.norm(goal - center))
         if not isinstance(shape, Ball) and nearest <= (radius + grown) * (1.0 + 1e-9):
-            notes.append(
-                f"the field does not see {name!r}: its bounding ball holds the start or the goal; the links do"
-            )
+            unseen.setdefault("their bounding balls hold the start or the goal; the links see them", []).append(name)
             continue
         centers.append(center)
         radii.append(radius + wider.get(name, 0.0))
+    notes = [f"not seen by the field: {', '.join(map(repr, names))}: {why}" for why, names in unseen.items()]
     options = scene.field
     try:
         field = HarmonicField(

@@ -91,10 +91,10 @@ def detach(robot: Robot, name: str = "attached") -> Robot:
     )
 
 
-def allow(robot: Robot, pairs: Iterable[tuple[str, str]]) -> Robot:
+def allow(robot: Robot, pairs: Iterable[tuple[str, str]], reason: str = "allowed by the caller") -> Robot:
     """The robot with contacts that are allowed: pairs of two of its links, or of a link and the name of an obstacle.
 
-    Two links: out of `self_pairs`, and `pair_table` says so. A link and anything else: into `allowed_obstacles`.
+    Two links: out of `self_pairs`, and `pair_table` says so, with the `reason`. A link and anything else: into `allowed_obstacles`.
     """
     free: set[frozenset[str]] = set()
     obstacles = list(robot.allowed_obstacles)
@@ -113,7 +113,7 @@ def allow(robot: Robot, pairs: Iterable[tuple[str, str]]) -> Robot:
     keep = [frozenset((names[i], names[j])) not in free for i, j in robot.self_pairs]
     table = [p for p in robot.pair_table if frozenset((p.first, p.second)) not in free]
     for first, second in sorted(tuple(sorted(pair)) for pair in free):
-        table.append(LinkPair(first, second, False, "allowed by the caller"))
+        table.append(LinkPair(first, second, False, reason))
     return replace(
         robot,
         self_pairs=robot.self_pairs[np.array(keep, bool)],

@@ -248,11 +248,11 @@ class Robot:
 
         return attach(self, bodies, **options)
 
-    def with_allowed(self, *pairs: tuple[str, str]) -> Robot:
+    def with_allowed(self, *pairs: tuple[str, str], reason: str = "allowed by the caller") -> Robot:
         """The robot with contacts that are allowed: two link names, or a link's and an obstacle's. See `robots.allow`."""
         from ._attach import allow
 
-        return allow(self, pairs)
+        return allow(self, pairs, reason)
 
     @cached_property
     def content(self) -> str:

@@ -61,6 +61,17 @@ class MoveItProblem:
 
         Raises InputError if there is no goal, or it is for other joints or for a link that moves against the tip.
         """
+        self.need_goal()
+        goal = self.goals[index]
+        if not isinstance(goal, PoseTarget):
+            return JointTarget(self._joints(goal, robot, "goal_constraints"))
+        wanted = np.eye(4)
+        wanted[:3, :3], wanted[:3, 3] = quaternion_matrix(goal.quaternion), goal.position
+        tool = wanted @ tool_on(robot, self.goal_links[index] or robot.link_names[robot.tip], self.request)
+        return PoseTarget(tool[:3, 3], matrix_quaternion(tool[:3, :3]))
+
+    def need_goal(self) -> None:
+        """Raises InputError if there is no goal."""
         if not self.goals:
             raise InputError(
                 "the request has no goal" if self.request else "the problem has no goal, since it has no request",
@@ -69,13 +80,6 @@ class MoveItProblem:
                 if self.request
                 else "name the request's file (`request`); request0001.yaml beside scene0001.yaml is found by itself",
             )
-        goal = self.goals[index]
-        if not isinstance(goal, PoseTarget):
-            return JointTarget(self._joints(goal, robot, "goal_constraints"))
-        wanted = np.eye(4)
-        wanted[:3, :3], wanted[:3, 3] = quaternion_matrix(goal.quaternion), goal.position
-        tool = wanted @ tool_on(robot, self.goal_links[index] or robot.link_names[robot.tip], self.request)
-        return PoseTarget(tool[:3, 3], matrix_quaternion(tool[:3, :3]))
 
     def scene(self, robot: Robot, **fields: Any) -> Scene:
         """As a `Scene` for this robot; `fields` as for the constructor (options, name ...).

@@ -16,6 +16,9 @@ if TYPE_CHECKING:
     from ..shapes import Shape
 
 
+_MATRIX = "allowed by the scene's allowed_collision_matrix"
+
+
 @dataclass(frozen=True, eq=False)
 class HeldObject:
     """An attached collision object: `shapes` in `frame` (a link; "" is `link` itself), fixed to `link`.
@@ -182,4 +185,4 @@ def allow(robot: Robot, contacts: Contacts, world: dict[str, list[Shape]]) -> tu
         notes.append(
             f"allowed_collision_matrix names neither links of {robot.name!r} nor objects: {', '.join(unknown[:8])}{more}"
         )
-    return (robot.with_allowed(*pairs) if pairs else robot), notes
+    return (robot.with_allowed(*pairs, reason=_MATRIX) if pairs else robot), notes

@@ -39,6 +39,12 @@ def is_moveit(data: Any) -> bool:
     return isinstance(data, dict) and not ours and any(key in data for key in (*SCENE_FIELDS, *REQUEST_FIELDS))
 
 
+def names_moveit(text: str | Path) -> bool:
+    """Whether this is the path of a MoveIt file, or a problem in an archive."""
+    path, name = split(text)
+    return bool(name) or is_archive(path) or (path.is_file() and is_moveit(read_yaml(path).data))
+
+
 def read_moveit(scene: str | Path, request: str | Path | None = None) -> MoveItProblem:
     """One problem from a planning-scene file and its request file (default: `request*` beside `scene*`, if it is there)."""
     path = Path(scene)

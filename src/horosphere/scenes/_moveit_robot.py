@@ -59,7 +59,8 @@ def _chain(
     problem: MoveItProblem, urdf: Urdf, joints: dict[str, Joint], tip: str | None, group: tuple[str, str] | None
 ) -> tuple[str | None, set[str]]:
     """The tip, and the names of the joints that move."""
-    goal: Any = problem.goals[0] if problem.goals else {}
+    problem.need_goal()
+    goal: Any = problem.goals[0]
     if not isinstance(goal, dict):
         tip = tip or (group[1] if group else problem.goal_links[0] or None)
         base = group[0] if group else None

@@ -32,15 +32,19 @@ from ._targets import (
 def save_scene(scene: Any, path: str | Path) -> Path:
     """Writes `scene`, and beside it NAME.robot.yaml where its robot is no file; both are complete or nothing is changed."""
     path = Path(path)
-    model = f"{path.stem}.robot.yaml"
-    texts = {path.name: dump(document(scene, path.resolve().parent, model))}
-    if _is_model(scene):
-        texts[model] = as_yaml(scene.robot)
+    texts = texts_of(scene, path)
     with writing_set(path.parent, tuple(texts)) as stage:
         for name, text in texts.items():
             with writing(stage / name) as file:
                 file.write(text)
     return path
+
+
+def texts_of(scene: Any, path: Path) -> dict[str, str]:
+    """What `save_scene` writes, by name of the file: the scene, and its robot where that is no file."""
+    model = f"{path.stem}.robot.yaml"
+    scene_text = dump(document(scene, path.resolve().parent, model))
+    return {path.name: scene_text} | ({model: as_yaml(scene.robot)} if _is_model(scene) else {})
 
 
 def document(scene: Any, folder: Path, model: str = "") -> dict[str, Any]:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from ..errors import InputError
 from ..scenes import Scene, Trajectory
 from ._parts import extent_of, parts, tool_points
+from ._sight import look
 from ._solids import ball, solid_of
 
 Floats = NDArray[np.float64]
@@ -20,6 +21,8 @@ Floats = NDArray[np.float64]
 OBSTACLE = (214, 110, 70)
 GROUND = (205, 205, 200)
 PATH = (30, 30, 30)
+GLASS = 0.3
+"""Opacity of what would hide the robot."""
 START, GOAL = (120, 120, 120), (46, 160, 67)
 FRAMES_PER_SECOND, MOST_FRAMES = 25.0, 300
 AMBIENT = 0.8
@@ -129,8 +132,14 @@ def draw(server: Any, scene: Scene, q: Floats, path: Floats | None) -> list[tupl
     api.configure_default_lights(enabled=True, cast_shadow=not flat)
     # what faces away from the lamps, or lies in its own shadow under software rendering, keeps its colour
     api.add_light_hemisphere("/sky", sky_color=(255, 255, 255), ground_color=(190, 190, 190), intensity=AMBIENT)
+    goal = getattr(scene.goal, "position", None)
+    end = tool[-1] if goal is None else np.concatenate([goal[:3], np.zeros(max(0, 3 - len(goal)))])
+    view, glassy = direction(scene, up), frozenset()
+    if not flat:
+        view, glassy = look(view, up, np.concatenate([*map(_middles, body), end[None]]), solids)
     for k, obstacle in enumerate(scene.obstacles):
-        _obstacle(api, f"/obstacles/{obstacle.name or k + 1}", obstacle, solids.get(k), extent, shadow=not flat)
+        name = f"/obstacles/{obstacle.name or k + 1}"
+        _obstacle(api, name, obstacle, solids.get(k), extent, shadow=not flat, opacity=GLASS if k in glassy else None)
     _ground(api, scene, up, center, extent, lowest)
     if len(tool) > 1:
         _polyline(api, "/tool path", tool, PATH, 2.5)
@@ -139,8 +148,6 @@ def draw(server: Any, scene: Scene, q: Floats, path: Floats | None) -> list[tupl
         _polyline(api, "/planned path", planned, (150, 150, 150), 1.0)
     mark = 0.016 * extent
     _mesh(api, "/start", ball(tool[0], mark), START)
-    goal = getattr(scene.goal, "position", None)
-    end = tool[-1] if goal is None else np.concatenate([goal[:3], np.zeros(max(0, 3 - len(goal)))])
     _mesh(api, "/goal", ball(end, 1.2 * mark), GOAL)
     moving = []
     for part in body:
@@ -154,7 +161,7 @@ def draw(server: Any, scene: Scene, q: Floats, path: Floats | None) -> list[tupl
                 _mesh(api, f"/start posture/{part.name}/{m + 1}", solid, (150, 150, 150), opacity=0.15)
             _set(ghost, part.poses[0])
     bounded = (solid for k, solid in solids.items() if type(scene.obstacles[k]).__name__ != "HalfSpace")
-    _camera(server, scene, up, np.concatenate([reach, tool, end[None], *(vertices for vertices, _ in bounded)]))
+    _camera(server, scene, up, view, np.concatenate([reach, tool, end[None], *(vertices for vertices, _ in bounded)]))
     pose(server, moving, 0)
     return moving
 
@@ -164,6 +171,13 @@ def _corners(part: Any) -> Iterator[Floats]:
     for k in {0, len(part.poses) // 2, len(part.poses) - 1}:
         for vertices, _ in part.solids:
             yield vertices @ part.poses[k, :3, :3].T + part.poses[k, :3, 3]
+
+
+def _middles(part: Any) -> Floats:
+    """Where the middle of a moving part is at some moments (k, 3)."""
+    middle = np.concatenate([vertices for vertices, _ in part.solids]).mean(axis=0)
+    some = part.poses[:: max(1, len(part.poses) // 8)]
+    return some[:, :3, :3] @ middle + some[:, :3, 3]
 
 
 def pose(server: Any, moving: list[tuple[Any, Floats]], k: int) -> None:
@@ -193,7 +207,9 @@ def _mesh(api: Any, name: str, solid: Any, color: tuple[int, int, int], opacity:
     )
 
 
-def _obstacle(api: Any, name: str, obstacle: Any, solid: Any, extent: float, shadow: bool) -> None:
+def _obstacle(
+    api: Any, name: str, obstacle: Any, solid: Any, extent: float, shadow: bool, opacity: float | None
+) -> None:
     if solid is None:
         points = np.asarray(obstacle.points)
         stride = max(1, len(points) // 60_000)  # a report stays under 5 MB
@@ -209,9 +225,10 @@ def _obstacle(api: Any, name: str, obstacle: Any, solid: Any, extent: float, sha
         color=GROUND if kind == "HalfSpace" else OBSTACLE,
         flat_shading=not shadow or kind in ("HalfSpace", "Box"),
         # the front alone: a solid drawn from both sides lies in its own shadow
-        side="double" if kind in ("Mesh", "HalfSpace") or not shadow else "front",
-        cast_shadow=shadow and kind != "HalfSpace",
-        receive_shadow=shadow,
+        side="double" if kind in ("Mesh", "HalfSpace") or not shadow or opacity else "front",
+        opacity=opacity,
+        cast_shadow=shadow and kind != "HalfSpace" and not opacity,
+        receive_shadow=shadow and not opacity,
     )
 
 
@@ -239,15 +256,14 @@ def _ground(api: Any, scene: Scene, up: Floats, center: Floats, extent: float, l
     )
 
 
-def _camera(server: Any, scene: Scene, up: Floats, points: Floats) -> None:
-    """Looks along a fixed direction, as near as all `points` (k, 3) stay in the picture, and so that they are in its middle."""
-    if scene.dimension == 2:
-        view = np.array([0.0, -0.35, 1.0])
-    elif up[1]:
-        view = np.array([1.0, 0.45, 0.7])
-    else:
-        view = np.array([1.0, -0.8, 0.6])
-    view /= np.linalg.norm(view)
+def direction(scene: Scene, up: Floats) -> Floats:
+    """Towards the eye (3,), where nothing stands in the way."""
+    view = [0.0, -0.35, 1.0] if scene.dimension == 2 else [1.0, 0.45, 0.7] if up[1] else [1.0, -0.8, 0.6]
+    return np.array(view) / np.linalg.norm(view)
+
+
+def _camera(server: Any, scene: Scene, up: Floats, view: Floats, points: Floats) -> None:
+    """Looks from `view`, as near as all `points` (k, 3) stay in the picture, and so that they are in its middle."""
     across = np.cross(up if scene.dimension == 3 else [0.0, 1.0, 0.0], view)
     across /= np.linalg.norm(across)
     frame = np.stack([across, np.cross(view, across), view])  # right, up, towards the eye

@@ -27,8 +27,9 @@ h1 { font-size: 21px; margin: 0 0 4px; } h2 { font-size: 15px; margin: 0 0 6px; 
 iframe { width: 100%; height: 100%; border: 0; display: block; }
 .legend { color: #666; font-size: 13px; margin: 6px 0 18px; }
 .key { display: inline-block; width: 10px; height: 10px; border-radius: 5px; margin: 0 4px 0 12px; }
-.cards { display: grid; gap: 16px; grid-template-columns: repeat(auto-fit, minmax(420px, 1fr)); }
-.card { background: #fff; border: 1px solid #ddd; border-radius: 8px; padding: 14px 16px; overflow: hidden; }
+.cards { columns: 2 420px; column-gap: 16px; }
+.card { break-inside: avoid; margin-bottom: 16px; background: #fff; border: 1px solid #ddd;
+  border-radius: 8px; padding: 14px 16px; overflow: hidden; }
 .card svg { width: 100%; height: auto; display: block; }
 table { border-collapse: collapse; width: 100%; } td { padding: 4px 0; vertical-align: top; border-top: 1px solid #eee; }
 tr:first-child td { border-top: 0; } td:first-child { color: #666; padding-right: 16px; white-space: nowrap; width: 1%; }

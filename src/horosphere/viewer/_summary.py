@@ -44,7 +44,7 @@ def summarise(
         if getattr(certificate, "nearest", ""):
             rows.append(("Nearest", str(certificate.nearest)))
         if getattr(certificate, "allowed", ()):
-            rows.append(("Allowed contacts", _some(certificate.allowed)))
+            rows.append(("Allowed contacts", _contacts(certificate.allowed)))
         if math.isfinite(getattr(certificate, "self_clearance", math.inf)):
             rows.append(("Self-clearance", f"at least {bound(certificate.self_clearance)}"))
     if measures is not None and measures.clearance is not None:
@@ -62,17 +62,22 @@ def summarise(
     if solved_by:
         rows.append(("Solved by", solved_by))
     if timings:
-        parts = [f"{name} {_seconds(value)}" for name, value in timings.items() if name != "total"]
-        total = [f"{_seconds(timings['total'])} in all"] if "total" in timings else []
-        rows.append(("Time spent", ", ".join([*total, *parts])))
+        rows.append(("Time spent", _spent(timings)))
     rows += [("Robot", _robot(scene)), ("Collision model", collision_model(scene)), ("Obstacles", _obstacles(scene))]
     every = dict.fromkeys((*notes, *getattr(scene.robot, "notes", ())))  # in order, none twice
     return Summary(good, _verdict(scene, certificate, solved, reason, good, certified), tuple(rows), tuple(every))
 
 
-def _some(items: tuple[str, ...], most: int = 4) -> str:
-    more = f"; and {len(items) - most} more" if len(items) > most else ""
-    return "; ".join(items[:most]) + more
+def _contacts(allowed: tuple[str, ...], most: int = 4) -> str:
+    """Those with obstacles one by one, those between links by the reason; the certificate has them all."""
+    one_by_one = [text for text in allowed if ": " not in text]
+    found = one_by_one[:most] + [f"and {len(one_by_one) - most} more"] * (len(one_by_one) > most)
+    by_reason: dict[str, list[str]] = {}
+    for pair, _, reason in (text.partition(": ") for text in allowed if ": " in text):
+        by_reason.setdefault(reason.split(":")[0].split(" in ")[0], []).append(pair)
+    for reason, pairs in by_reason.items():
+        found.append(f"{pairs[0]}: {reason}" if len(pairs) == 1 else f"{len(pairs)} pairs of links: {reason}")
+    return "; ".join(found)
 
 
 def goal_error(measures: Measures | None) -> float | None:
@@ -137,7 +142,25 @@ def length(value: float, unit: str = "m") -> str:
 
 
 def _seconds(value: float) -> str:
-    return f"{value:.2f} s" if value >= 1.0 else f"{1e3 * value:.1f} ms" if value >= 1e-4 else f"{1e6 * value:.0f} us"
+    if value >= 1.0:
+        return f"{value:.2f} s"
+    return (
+        f"{1e3 * value:.0f} ms"
+        if value >= 0.01
+        else f"{1e3 * value:.1f} ms"
+        if value >= 1e-4
+        else f"{1e6 * value:.0f} us"
+    )
+
+
+def _spent(timings: dict[str, float]) -> str:
+    """The whole, and parts that add up to it."""
+    parts = {name: value for name, value in timings.items() if name != "total"}
+    total = timings.get("total", sum(parts.values()))
+    other = total - sum(parts.values())
+    if other >= 0.005 * total:
+        parts["other"] = other
+    return ", ".join([f"{_seconds(total)} in all", *(f"{name} {_seconds(value)}" for name, value in parts.items())])
 
 
 def _step(scene: Scene, trajectory: Trajectory) -> str:
