@@ -1,14 +1,16 @@
 """Arcs of the redundancy that are proved between samples, against dense sampling with the distance layer."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import structured_arms as arms
 
 from horosphere.distance import signed
 from horosphere.errors import InputError
-from horosphere.kinematics import GripperOnPlane, elbow_arcs, forward, free_arcs, inverse, limit_arcs, roomiest
+from horosphere.kinematics import GripperOnPlane, elbow_arcs, forward, frames, free_arcs, inverse, limit_arcs, roomiest
 from horosphere.kinematics._redundant import redundancy
-from horosphere.robots import Capsules, attach, humanoid_arm, load
+from horosphere.robots import Capsules, attach, humanoid_arm, load, srs_arm
 from horosphere.shapes import Ball, Box, Capsule, Cylinder, Ellipsoid, HalfSpace, Mesh, PointCloud
 
 DENSE = np.linspace(-np.pi, np.pi, 1201)[1:-1]
@@ -16,8 +18,6 @@ DENSE = np.linspace(-np.pi, np.pi, 1201)[1:-1]
 
 def with_bodies(name, arm):
     """The arm with one capsule a link, from each joint to the next where that is within 0.6 m."""
-    from dataclasses import replace
-
     robot = arms.robot(name, arm, 2.6)
     points = np.array(arm[1], float)
     link, b = zip(
@@ -128,10 +128,58 @@ def test_bodies_in_the_hand_and_allowed_contacts_count_as_in_a_certificate():
     wall = Box(point + [0.0, 0.0, -0.1], [0.2, 0.2, 0.05], name="wall")
     touching = free_arcs(holding, target, [wall], 0.01)
     assert not any(len(a.free) for a in touching) and "attached" in touching[0].reason and "wall" in touching[0].reason
-    from dataclasses import replace
-
     allowed = replace(holding, allowed_obstacles=tuple((link, "wall") for link in holding.link_names))
     assert [a.width for a in free_arcs(allowed, target, [wall])] == [a.width for a in free_arcs(holding, target)]
+
+
+def test_the_elbow_circle_among_half_spaces_and_clouds_in_closed_form():
+    robot, rng = srs_arm(0.3), np.random.default_rng(11)
+    psi = np.linspace(-np.pi, np.pi, 2001)[1:-1]
+    partly = 0
+    for _ in range(60):
+        target = forward(robot, rng.uniform(-2.0, 2.0, 7))
+        shapes = [HalfSpace(rng.normal(size=3), -rng.uniform(0.0, 0.4)) for _ in range(rng.integers(1, 3))]
+        shapes.append(PointCloud(rng.uniform(-0.6, 0.6, (rng.integers(1, 80), 3)), 0.01))
+        clearance = rng.uniform(0.0, 0.03)
+        arcs = elbow_arcs(robot, target, shapes, clearance, fixed_bodies=False)
+        q = inverse(robot, target, psi=psi).q[:, 0]
+        arm = only(robot, (robot.capsules.link > 0) & (robot.capsules.link < 7))
+        gap = signed(arm, q, shapes) - clearance
+        clear = np.abs(gap) > 1e-9
+        assert (arcs.contains(psi) == (gap > 0.0))[clear].all()
+        partly += 0.0 < arcs.width < 6.28
+        hand = only(robot, robot.capsules.link == 7)
+        whole = elbow_arcs(robot, target, shapes[:-1], clearance)  # the column stands on what it stands on
+        if signed(hand, q[0], shapes[:-1]) < clearance:
+            assert not len(whole.free) and "hand" in whole.reason
+        else:
+            assert whole.width == elbow_arcs(robot, target, shapes[:-1], clearance, fixed_bodies=False).width
+    assert partly > 10
+
+
+def only(robot, which):
+    c = robot.capsules
+    return replace(robot, capsules=Capsules(c.link[which], c.a[which], c.b[which], c.radius[which]))
+
+
+def test_the_elbow_circle_says_which_obstacles_have_no_closed_form_and_knows_allowed_contacts():
+    robot = srs_arm(0.3)
+    target = forward(robot, [0.3, 0.6, 0.4, 1.2, 0.3, 0.5, 0.1])
+    elbow = frames(robot, [0.3, 0.6, 0.4, 1.2, 0.3, 0.5, 0.1]).as_matrix()[4, :3, 3]
+    with pytest.raises(InputError, match=r"no closed form for a Box.*free_arcs"):
+        elbow_arcs(robot, target, [Box(elbow, [0.1, 0.1, 0.1])])
+    ball = Ball(elbow, 0.05, name="handle")
+    touching = elbow_arcs(robot, target, [ball])
+    assert 0.0 < touching.width < 6.28
+    allowed = replace(robot, allowed_obstacles=(("upper_arm", "handle"), ("forearm", "handle")))
+    assert elbow_arcs(allowed, target, [ball]).width == pytest.approx(2.0 * np.pi)
+    holding = attach(robot, [Ball([0.0, 0.0, 0.1], 0.05)])
+    point = target.as_matrix()[:3, :3] @ [0.0, 0.0, 0.1] + target.as_matrix()[:3, 3]
+    told = elbow_arcs(holding, target, [Ball(point, 0.02)])
+    assert not len(told.free) and "psi" in told.reason
+    on_the_arm = attach(robot, [Ball([0.0, 0.0, 0.0], 0.05)], link="forearm", name="camera")
+    with pytest.raises(InputError, match="not the whole segment"):
+        elbow_arcs(on_the_arm, target, [ball])
 
 
 def test_without_obstacles_the_psi_of_an_s_r_s_arm_agree_with_the_closed_form():

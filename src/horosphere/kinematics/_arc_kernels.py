@@ -186,6 +186,15 @@ def tube(M, N, E, d, slope, long, curved, levers, span):
     return math.inf, math.inf
 
 
+@inner
+def inside(x, lower, upper):
+    """The angle x moved by turns to within one of (-pi, pi], nearest to the middle of its limits: as inverse kinematics takes it."""
+    if not upper - lower < math.inf:
+        return x
+    x -= _WHOLE * math.floor(x / _WHOLE + 0.5)
+    return x + _WHOLE * min(max(math.floor((0.5 * (lower + upper) - x) / _WHOLE + 0.5), -1.0), 1.0)
+
+
 @jit
 def enclose(J, C, L, K, path, tool, normal, span, levers, lower, upper, A, B, between, middle, half, reach, state):
     """For pieces from postures A to B (b, n) with one `between`: the chord's middle (b, n), half of it (b, n) and the tube's reach.
@@ -207,7 +216,7 @@ def enclose(J, C, L, K, path, tool, normal, span, levers, lower, upper, A, B, be
             q[c], half[b, c] = A[b, c] + 0.5 * step, 0.5 * step
             long += step * step
         long = math.sqrt(long)
-        if state[b] != INSIDE or not 1e-9 < long < 1.5:
+        if state[b] != INSIDE or not 1e-12 < long < 1.5:
             state[b] = OPEN
             continue
         for j in range(n):
@@ -227,7 +236,8 @@ def enclose(J, C, L, K, path, tool, normal, span, levers, lower, upper, A, B, be
             state[b] = OPEN
             continue
         for c in range(n):
-            room = min(q[c] - lower[c], upper[c] - q[c])
+            x = inside(q[c], lower[c], upper[c])
+            room = min(x - lower[c], upper[c] - x)
             if room < -abs(half[b, c]) - reach[b]:
                 state[b] = OUTSIDE
                 break

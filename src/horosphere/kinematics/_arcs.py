@@ -1,4 +1,4 @@
-"""The part of the elbow circle of an S-R-S arm on which its links clear sphere obstacles, in closed form."""
+"""The part of the elbow circle of an S-R-S arm on which its links clear balls and half-spaces, in closed form."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..distance import pack_robot, table
 from ..errors import InputError
 from ..numeric import float_array
 from ._targets import pose_arrays
@@ -63,19 +64,19 @@ class Arcs:
 def elbow_arcs(
     robot: Any, target: Any, obstacles: Any, clearance: float = 0.0, *, fixed_bodies: bool = True
 ) -> Arcs | tuple[Arcs, ...]:
-    """The elbow angles psi of an S-R-S arm at which its links stay at least `clearance` metres from sphere obstacles.
+    """The elbow angles psi of an S-R-S arm at which its links stay at least `clearance` metres from the obstacles.
 
     For the built-in S-R-S arm one Arcs in closed form, as follows; for any other arm with a redundancy (elbow offset, sew7,
     reversed chains, the 5-DOF humanoid arm over phi) one Arcs a branch: `free_arcs(..., limits=False)`, proved between samples.
 
-    target: one pose of the tip. obstacles: what `shapes.as_shapes` takes, spheres only. The arcs are exact for the
-    capsules of upper arm and forearm (all 8 branches share them). Bodies that do not move with psi (column, hand)
-    decide all or nothing; `fixed_bodies=False` leaves them out. Joint limits are not part of it.
-    One link is a segment from a fixed end P (shoulder or wrist) to the elbow on sphere(P, L); an obstacle grown by
-    radius and clearance to rho forbids the side E.pi > 0 of the plane of its tangent cone (or of the radical plane of
-    both spheres), and that plane cuts the elbow circle in the point pair (z ^ pi)*. Our derivation.
-    Raises InputError for a robot without redundancy, a batch of targets, obstacles that are not spheres, capsules off the links'
-    axes.
+    target: one pose of the tip. obstacles: what `shapes.as_shapes` takes, of balls, point clouds and half-spaces. The arcs are
+    exact for the capsules of upper arm and forearm (all 8 branches share them). Bodies that do not move with psi (column, hand
+    and what it holds) decide all or nothing; `fixed_bodies=False` leaves them out. The column may stand in a half-space. Contacts
+    that the robot allows are not looked at. Joint limits are not part of it.
+    One link is a segment from a fixed end P (shoulder or wrist) to the elbow on sphere(P, L); a ball grown by radius and
+    clearance to rho forbids the side E.pi > 0 of the plane of its tangent cone (or of the radical plane of both spheres), a
+    half-space that of its own plane moved out by as much, and that plane cuts the elbow circle in the point pair (z ^ pi)*. Our
+    derivation. Raises InputError for a robot without redundancy, a batch of targets, other obstacles, capsules off the links' axes.
     """
     if not robot.closed_form or robot.closed_form[0] != "srs_arm":
         from ._free_arcs import free_arcs
@@ -86,17 +87,18 @@ def elbow_arcs(
     if origin.ndim != 1:
         raise InputError(f"expected one pose, got a batch of shape {origin.shape[:-1]}", place="target")
     clearance = float(float_array(clearance, "clearance", ndim=0))
-    centers, radii = _balls(obstacles)
-    links = _link_capsules(robot, dse, dew)
+    shapes = _with_closed_form(obstacles)
 
     shoulder, wrist = np.array([0.0, 0.0, dbs]), origin - dwf * rotation[:, 2]
+    links = {"upper arm": (shoulder, dse), "forearm": (wrist, dew)}
+    items = _link_capsules(robot, dse, dew)
     span = wrist - shoulder
     distance = float(np.sqrt(span @ span))
     missing = max(distance - (dse + dew), abs(dse - dew) - distance)
     if missing > 1e-13 * (dse + dew) or distance < 1e-12:
         return Arcs(np.zeros((0, 2)), f"the pose is out of reach by {max(missing, 0.0):.4g} m")
     if fixed_bodies:
-        blocked = _fixed_contact(robot, rotation, origin, centers, radii, clearance)
+        blocked = _fixed_contact(robot, target, shapes, clearance)
         if blocked:
             return Arcs(np.zeros((0, 2)), blocked)
     u = span / distance
@@ -106,21 +108,35 @@ def elbow_arcs(
     circle = (shoulder + along * u, rho * r, rho * np.cross(u, r))  # centre, and the elbow at psi = 0 and pi/2 from it
 
     forbidden: list[tuple[float, float]] = []
-    for name, end, length, radius in (("upper arm", shoulder, dse, links[0]), ("forearm", wrist, dew, links[1])):
-        if radius is None:
-            continue
-        for k, (center, size) in enumerate(zip(centers, radii)):
-            cut = _link_plane(end, length, center, size + radius + clearance)
-            if cut is None:
+    for item, name in items:
+        own = robot.links[robot.capsules.link[item]].name
+        for k, shape in enumerate(shapes):
+            if shape.name and (own, shape.name) in robot.allowed_obstacles:
                 continue
-            arc = (0.0, np.pi) if isinstance(cut, str) else _arc_beyond(circle, *cut)
-            if arc is None:
-                continue
-            if arc[1] >= np.pi:
-                return Arcs(np.zeros((0, 2)), f"obstacle {k} is closer than {clearance:g} m to the {name} at every psi")
-            forbidden.append(arc)
+            end, length = links[name]
+            for cut in _link_planes(end, length, shape, float(robot.capsules.radius[item]) + clearance):
+                arc = (0.0, np.pi) if isinstance(cut, str) else _arc_beyond(circle, *cut)
+                if arc is not None and arc[1] >= np.pi:
+                    return Arcs(
+                        np.zeros((0, 2)), f"obstacle {k} is closer than {clearance:g} m to the {name} at every psi"
+                    )
+                forbidden += [] if arc is None else [arc]
     free = _complement(forbidden)
     return Arcs(free, "" if len(free) else "the forbidden arcs of the obstacles cover the elbow circle")
+
+
+def _link_planes(end: Floats, length: float, shape: Any, grown: float) -> list[tuple[Floats, float] | str]:
+    """As `_link_plane`, of all balls of a shape, or of a half-space; those that forbid something."""
+    from ..shapes import Ball, HalfSpace
+
+    if isinstance(shape, HalfSpace):
+        level = float(shape.distance) + grown
+        return ["all"] if float(shape.normal @ end) < level else [(-shape.normal, -level)]
+    centers = np.atleast_2d(shape.center if isinstance(shape, Ball) else shape.points)
+    rho = np.broadcast_to(shape.radius, len(centers)) + grown
+    near = np.flatnonzero(((centers - end) ** 2).sum(axis=-1) < np.maximum(rho + length, 0.0) ** 2)
+    cuts = (_link_plane(end, length, centers[k], float(rho[k])) for k in near)
+    return [cut for cut in cuts if cut is not None]
 
 
 def _link_plane(end: Floats, length: float, center: Floats, rho: float) -> tuple[Floats, float] | str | None:
@@ -172,60 +188,57 @@ def _complement(forbidden: list[tuple[float, float]]) -> Floats:
     return np.array(free).reshape(-1, 2)
 
 
-def _balls(obstacles: Any) -> tuple[Floats, Floats]:
-    """Centres (m, 3) and radii (m,) of sphere obstacles."""
-    from ..shapes import Ball, as_shapes
+def _with_closed_form(obstacles: Any) -> tuple[Any, ...]:
+    """The obstacles, if all are balls, clouds of balls, or half-spaces."""
+    from ..shapes import Ball, HalfSpace, PointCloud, as_shapes
 
-    shapes = as_shapes(obstacles)
+    shapes = as_shapes(() if obstacles is None else obstacles)
     for k, shape in enumerate(shapes):
-        if not isinstance(shape, Ball):
+        if not isinstance(shape, (Ball, PointCloud, HalfSpace)):
             raise InputError(
-                f"expected spheres, got a {type(shape).__name__}", place=f"obstacles[{k}]",
-                remedy="cover it with spheres, or sample psi with distance.signed",
+                f"there is no closed form for a {type(shape).__name__}", place=f"obstacles[{k}]",
+                remedy="kinematics.free_arcs(robot, target, obstacles, clearance) takes all obstacles",
+                choices=("Ball", "PointCloud", "HalfSpace"),
             )  # fmt: skip
-    centers = np.array([np.asarray(s.center, float) for s in shapes]).reshape(-1, 3)
-    return centers, np.array([float(s.radius) for s in shapes])
+    return shapes
 
 
-def _link_capsules(robot: Any, dse: float, dew: float) -> tuple[float | None, float | None]:
-    """Radii of the capsules S-E and E-W, None where the link has no body."""
+def _link_capsules(robot: Any, dse: float, dew: float) -> list[tuple[int, str]]:
+    """The capsules along S-E and E-W, by number, and the name of their link; those of column and hand are left out."""
     # By place in the chain: link 3 carries the upper arm from S, links 4 and 5 the forearm from E.
-    spans = {3: (0, 0.0, dse), 4: (1, 0.0, dew), 5: (1, 0.0, dew)}
-    found: list[float | None] = [None, None]
+    spans = {3: ("upper arm", dse), 4: ("forearm", dew), 5: ("forearm", dew)}
+    frames, found = pack_robot(robot).frames, []
     for item, link in enumerate(robot.capsules.link):
-        place = robot.chain.index(link) if link in robot.chain else -1
-        if place not in spans:
+        if frames[item] in (0, 7):
             continue
-        slot, low, high = spans[place]
+        name, high = spans.get(robot.chain.index(link) if link in robot.chain else -1, ("", -1.0))
         a, b = robot.capsules.a[item], robot.capsules.b[item]
         ends = sorted((float(a[2]), float(b[2])))
-        if not _on_axis(a, b) or abs(ends[0] - low) > 1e-9 or abs(ends[1] - high) > 1e-9:
+        if not _on_axis(a, b) or abs(ends[0]) > 1e-9 or abs(ends[1] - high) > 1e-9:
             raise InputError(
                 f"capsule {item} ({robot.capsules.note[item]}) is not the whole segment of its link", place="robot",
-                remedy="sample psi with distance.signed, or use one capsule a segment",
+                remedy="kinematics.free_arcs takes all bodies, or use one capsule a segment",
             )  # fmt: skip
-        found[slot] = max(found[slot] or 0.0, float(robot.capsules.radius[item]))
-    return found[0], found[1]
+        found.append((item, name))
+    return found
 
 
-def _fixed_contact(robot, rotation, origin, centers, radii, clearance) -> str:
+def _fixed_contact(robot: Any, target: Any, shapes: tuple[Any, ...], clearance: float) -> str:
     """The first body that does not move with psi and is closer than `clearance` to an obstacle, in words, or ""."""
-    dwf = float(robot.closed_form[1]["dwf"])
-    for item, link in enumerate(robot.capsules.link):
-        a, b = robot.capsules.a[item], robot.capsules.b[item]
-        if link == robot.chain[7]:
-            wrist = origin - dwf * rotation[:, 2]
-            a, b = wrist + rotation @ a, wrist + rotation @ b
-        elif link != robot.chain[0]:
-            continue
-        side = b - a
-        t = np.clip(((centers - a) @ side) / max(float(side @ side), 1e-300), 0.0, 1.0)
-        gap = np.sqrt(((centers - a - t[:, None] * side) ** 2).sum(axis=-1)) - radii - robot.capsules.radius[item]
-        if len(gap) and gap.min() < clearance:
-            k = int(np.argmin(gap))
-            body = robot.capsules.note[item] or robot.links[link].name
-            return f"obstacle {k} is {gap[k]:.4g} m from {body}, at every psi"
-    return ""
+    from ..shapes import HalfSpace
+    from ._wrist_arms import srs_inverse
+
+    if not shapes:
+        return ""
+    found, frames = table(robot, srs_inverse(robot, target, psi=0.0).q[0], shapes), pack_robot(robot).frames
+    floor = np.array([isinstance(shape, HalfSpace) for shape in shapes])
+    counts = (frames == 7)[:, None] | ((frames == 0)[:, None] & ~floor)
+    gap = np.where(counts, found.distance, np.inf)
+    if not gap.min(initial=np.inf) < clearance:
+        return ""
+    item, k = np.unravel_index(int(np.argmin(gap)), gap.shape)
+    body = robot.capsules.note[item] or robot.links[robot.capsules.link[item]].name
+    return f"obstacle {k} is {gap[item, k]:.4g} m from {body}, at every psi"
 
 
 def _on_axis(a: Floats, b: Floats) -> bool:
