@@ -1,4 +1,6 @@
-"""The strict reading of the 5-DOF arm finds every root phi: against plane trigonometry on a grid of 1e-5 rad, near and double roots."""
+"""The strict reading of the 5-DOF arm finds every root phi, against plane trigonometry on a grid of 1e-5 rad, near and double roots."""
+
+from functools import partial
 
 import numpy as np
 import pytest
@@ -82,6 +84,11 @@ def extremum(f, at):
     return at, float(f(np.array([at]))[0]), bend
 
 
+def along(lengths, point, way, normal, kind):
+    """f of one branch as a function of phi, as a function of x: of the target point + x way."""
+    return lambda x: lambda at: hinge(lengths, point + x * way, normal, at)[kind]
+
+
 def family(rng, lengths):
     """A line of targets, a branch and a place at which the target 0 has an extremum of f near zero; f as a function of the target."""
     phi = np.linspace(-np.pi, np.pi, 4001)
@@ -94,7 +101,7 @@ def family(rng, lengths):
                 ((f[:, 1:-1] - f[:, :-2]) * (f[:, 2:] - f[:, 1:-1]) < 0.0) & (np.abs(f[:, 1:-1]) < 0.03)
             )
         for kind, k in turns:
-            of = lambda x, kind=kind: lambda at: hinge(lengths, point + x * way, normal, at)[kind]
+            of = along(lengths, point, way, normal, kind)
             if np.isfinite(f[kind, max(k - 300, 0) : k + 300]).all():
                 return point, normal, way, of, phi[k + 1]
 
@@ -126,7 +133,7 @@ def test_near_roots_are_told_apart_and_double_roots_are_found(seed):
             or not np.isfinite(of(flat[0])(flat[1] + np.linspace(-0.1, 0.1, 50))).all()
         ):
             continue
-        near = lambda x, at: roots_near(solved(lengths, point + x * way, normal), at)
+        near = partial(roots_near, lengths, point, way, normal)
         assert len(near(*flat[:2])) in (1, 2), "a double root is lost"
         for apart in (3e-3, 1e-4, 3e-6):
             found = where_value_is(-flat[2] * apart**2 / 8.0)
@@ -142,8 +149,9 @@ def test_near_roots_are_told_apart_and_double_roots_are_found(seed):
     assert done >= 3
 
 
-def roots_near(s, at):
-    """Roots within 5e-3 of `at`, of the branch that has most of them."""
+def roots_near(lengths, point, way, normal, x, at):
+    """Roots of the target point + x way within 5e-3 of `at`, of the branch that has most of them."""
+    s = solved(lengths, point + x * way, normal)
     blocks, free = s.valid.reshape(-1, 8)[:, ::2], s.free.reshape(-1, 8)[:, ::2]
     off = np.angle(np.exp(1j * (free - at)))
     return max((np.sort(off[:, k][blocks[:, k] & (np.abs(off[:, k]) < 5e-3)]) for k in range(4)), key=len)

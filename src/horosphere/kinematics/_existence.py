@@ -115,7 +115,7 @@ def phi_candidates(arm: Floats, point: Floats, circle: Floats) -> Floats:
 
 
 def strict_candidates(arm: Floats, circle: Floats, across: Floats) -> Floats | None:
-    """Angles phi at which the whole gripper of the 5-DOF arm can be parallel to its plane, and the ends of its reach; None: at every phi.
+    """Angles phi at which the whole gripper of the 5-DOF arm can be parallel to its plane, and the ends of its reach; None: all.
 
     arm: a, h, d1, d2, d3. circle, across (3, 3): the wrist p and m = n x g at phi = 0, pi/2 and pi. Asked is forearm . m = 0. In the
     arm plane let R = sqrt(T) be the wrist's distance from the torso axis, k its height over the shoulder, (X / R, Y) the components

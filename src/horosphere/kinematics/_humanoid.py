@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InputError
-from ..numeric import float_array, wrap_angle
+from ..numeric import float_array
 from ._humanoid_geometry import gripper_circle, humanoid_branches
 from ._solutions import IkSolutions, branch_table
 from ._targets import GripperOnPlane, angle_column, batch_shape, broadcast_rows, pose_arrays, run, run_one

@@ -46,7 +46,7 @@ def strict_inverse(arm: Floats, target: GripperOnPlane, seed: Floats) -> IkSolut
 
     three, thrice = np.tile([0.0, 0.5 * np.pi, np.pi], count), np.repeat(np.arange(count), 3)
     circles, _ = wrists(arm, pt[thrice], n[thrice], three[:, None])
-    across = np.cross(n[thrice], (pt[thrice] - circles) / arm[4]).reshape(count, 3, 3)
+    across = np.asarray(np.cross(n[thrice], (pt[thrice] - circles) / arm[4]), dtype=np.float64).reshape(count, 3, 3)
     found = [strict_candidates(arm, *both) for both in zip(circles.reshape(count, 3, 3), across)]
     always = np.array([x is None for x in found])
     cuts = [np.array([-np.pi]) if x is None else x[:-1] for x in found]  # on the circle: -pi stands for pi too
