@@ -114,6 +114,34 @@ def phi_candidates(arm: Floats, point: Floats, circle: Floats) -> Floats:
     return sorted_ends(np.concatenate(found))
 
 
+def strict_candidates(arm: Floats, circle: Floats, across: Floats) -> Floats | None:
+    """Angles phi at which the whole gripper of the 5-DOF arm can be parallel to its plane, and the ends of its reach; None: all.
+
+    arm: a, h, d1, d2, d3. circle, across (3, 3): the wrist p and m = n x g at phi = 0, pi/2 and pi. Asked is forearm . m = 0. In the
+    arm plane let R = sqrt(T) be the wrist's distance from the torso axis, k its height over the shoulder, (X / R, Y) the components
+    of m, and n0 + n1 R = |wrist - shoulder|^2 + d2^2 - d1^2. The triangle of the links gives, for both elbows,
+    (n0 + n1 R)^2 (X^2 + Y^2 T) = 4 d2^2 (Y T - k X +- a Y R)^2, which is P +- Q R = 0 for shoulders in front and behind: P^2 - Q^2 T
+    is of degree 12 and holds the roots of all four. Our derivation.
+    """
+    size = arm[2] + arm[3] + arm[4]
+    a, h, d1, d2, _ = arm / size
+    p = circle / size
+    x, z, k = Trig.sampled(p[:, 0]), Trig.sampled(p[:, 2]), Trig.sampled(p[:, 1] - h)
+    m = [Trig.sampled(across[:, j]) for j in range(3)]
+    T, X, Y = x * x + z * z, m[0] * x + m[2] * z, m[1]
+    flat = p - [0.0, h, 0.0]
+    n0 = Trig.sampled((flat * flat).sum(axis=-1) + a * a + d2 * d2 - d1 * d1)  # |p|^2 is of first degree on the circle
+    n1, b0, b1 = -2.0 * a, Y * T - k * X, -a * Y
+    G = X * X + Y * Y * T
+    P = (n0 * n0 + n1 * n1 * T) * G - (4.0 * d2 * d2) * (b0 * b0 + b1 * b1 * T)
+    Q = (2.0 * n1) * n0 * G - (8.0 * d2 * d2) * (b0 * b1)
+    if max(np.abs(P.c).max(), np.abs(Q.c).max()) < 1e-14:
+        return None
+    one = P if np.abs(Q.c).max() < 1e-12 * np.abs(P.c).max() else P * P - Q * Q * T
+    reach = phi_candidates(arm, np.zeros(3), circle)
+    return sorted_ends(np.concatenate([one.roots(), T.roots(), reach[1:-1]]))
+
+
 def sorted_ends(angles: Floats) -> Floats:
     """Sorted in [-pi, pi], both ends included, repeated ones once."""
     x = np.pi - np.mod(np.pi - angles, 2.0 * np.pi)

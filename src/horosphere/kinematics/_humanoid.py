@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InputError
-from ..numeric import float_array, wrap_angle
+from ..numeric import float_array
 from ._humanoid_geometry import gripper_circle, humanoid_branches
 from ._solutions import IkSolutions, branch_table
 from ._targets import GripperOnPlane, angle_column, batch_shape, broadcast_rows, pose_arrays, run, run_one
@@ -19,7 +19,6 @@ BITS = ("back", "elbow", "flip")
 REACH_TOLERANCE = 1e-13  # of the squared half distance of the elbow pair, over (d1 + d2)^2: arm stretched or folded
 POSE_TOLERANCE = 1e-9  # radians: how far the forearm may lie out of the plane that a wanted hinge allows
 _NO_HINGE = np.zeros(3)
-_SCAN = 120  # samples of phi in the strict reading; two roots closer than 3 degrees may be missed
 
 
 def humanoid_inverse(
@@ -29,8 +28,8 @@ def humanoid_inverse(
 
     target: GripperOnPlane with `phi` (...), default 0: the wrist's angle on its circle, gripper outwards at 0; batch
     axes of the target, phi and seed (..., 5) broadcast. Or a pose of the tip, valid when the 5 joints can reach it.
-    strict: the whole gripper parallel to the plane (axis of joint 5 too); phi is then found by root search and returned
-    in `.free`, and rows are one block of 8 per root.
+    strict: the whole gripper parallel to the plane (axis of joint 5 too); phi is then a root of a closed form, returned in
+    `.free`, and rows are one block of 8 per root.
     Source: [Humanoid] section V, corrected (docs/errata.md).
     """
     arm = robot.memo.get("arm lengths")
@@ -44,7 +43,9 @@ def humanoid_inverse(
     if strict:
         if phi is not None:
             raise InputError("the strict reading finds phi itself", place="phi", remedy="leave phi out")
-        return _strict(robot, arm, target, seed_rows)
+        from ._strict import strict_inverse
+
+        return strict_inverse(arm, target, seed_rows)
     angle = np.zeros(1) if phi is None else angle_column(phi, "phi")
     batch = batch_shape(target.point, target.normal, angle, seed_rows)
     if batch == ():
@@ -183,97 +184,3 @@ def _of_pose(robot: Any, arm: Floats, rotation: Floats, origin: Floats, seed: Fl
         return np.maximum(points, np.where(flip, miss, np.maximum(miss, np.pi)))
 
     return result.solutions(robot, arm, residual)
-
-
-def _strict(robot: Any, arm: Floats, target: GripperOnPlane, seed: Floats) -> IkSolutions:
-    """The gripper plane itself parallel to the target plane: forearm . (n x g) = 0, one equation in phi per (back,
-    elbow).
-
-    Sign changes on a scan of the circle, also up to the ends of its reachable parts, then bisection.
-    """
-    batch = np.broadcast_shapes(target.point.shape[:-1], target.normal.shape[:-1], seed.shape[:-1])
-    pt, n, kept = broadcast_rows(batch, target.point, target.normal, seed)
-    count = len(pt)
-
-    def evaluate(rows: NDArray[np.int64], phi: Floats) -> tuple[Floats, NDArray[np.bool_], Floats]:
-        at, normal = pt[rows], n[rows]
-        p2, _ = wrists(arm, at, normal, phi[:, None])
-        hinge = np.asarray(np.cross(normal, (at - p2) / arm[4]), dtype=np.float64)
-        table = branches(arm, p2, at, kept[rows], np.ascontiguousarray(hinge))
-        return table[:, 49:53], np.repeat(table[:, 40:42] > -REACH_TOLERANCE, 2, axis=1), table
-
-    scan = -np.pi + 2.0 * np.pi * (np.arange(_SCAN + 1) + 0.3819660112501051) / _SCAN
-    rows = np.repeat(np.arange(count), _SCAN + 1)
-    miss, real, table = evaluate(rows, np.tile(scan, count))
-    miss, real = miss.reshape(count, -1, 4), real.reshape(count, -1, 4)
-    left, right = real[:, :-1], real[:, 1:]
-    cell = np.argwhere((left & right & (miss[:, :-1] * miss[:, 1:] <= 0.0)) | (left != right))
-    where, step, kind = cell.T if len(cell) else np.zeros((3, 0), np.int64)
-    low, high = scan[step].copy(), scan[step + 1].copy()
-    pick = np.arange(len(where))
-    edge = left[where, step, kind] != right[where, step, kind]
-    swap = edge & ~left[where, step, kind]  # start each edge cell from its reachable end
-    low[swap], high[swap] = high[swap], low[swap].copy()
-    far = high.copy()
-    for _ in range(60 if edge.any() else 0):  # the end of the reachable part
-        middle = 0.5 * (low + far)
-        ok = evaluate(where, middle)[1][pick, kind]
-        inner = np.where(ok, middle, low)
-        far = np.where(ok, far, middle)
-        low = np.where(edge, inner, low)
-    start = np.where(edge, np.where(swap, scan[step + 1], scan[step]), low)
-    end = np.where(edge, low, high)
-    low, high = start, end
-    f_low, f_high = evaluate(where, low)[0][pick, kind], evaluate(where, high)[0][pick, kind]
-    keep = f_low * f_high <= 0.0
-    where, kind, low, high, f_low = where[keep], kind[keep], low[keep], high[keep], f_low[keep]
-    pick = np.arange(len(where))
-    for _ in range(60 if len(where) else 0):
-        middle = 0.5 * (low + high)
-        f = evaluate(where, middle)[0][pick, kind]
-        same = f * f_low > 0.0
-        low, high = np.where(same, middle, low), np.where(same, high, middle)
-    root = 0.5 * (low + high)
-    return _strict_rows(robot, arm, batch, count, where, kind, root, evaluate, table, pt, n)
-
-
-def _strict_rows(robot, arm, batch, count, where, kind, root, evaluate, scan_table, pt, n) -> IkSolutions:
-    """One block of 8 rows per root index; the k-th root of each (back, elbow) fills the k-th block."""
-    order = np.lexsort((root, kind, where))
-    where, kind, root = where[order], kind[order], root[order]
-    group = where * 4 + kind
-    first = np.r_[True, group[1:] != group[:-1]] if len(group) else np.zeros(0, bool)
-    start = np.maximum.accumulate(np.where(first, np.arange(len(group)), 0)) if len(group) else np.zeros(0, np.int64)
-    rank = np.arange(len(group)) - start
-    blocks = int(rank.max()) + 1 if len(rank) else 1
-    q = np.tile(scan_table[:: _SCAN + 1, None, :40].reshape(count, 1, 8, 5), (1, blocks, 1, 1))
-    valid, free = np.zeros((count, blocks, 8), bool), np.zeros((count, blocks, 8))
-    miss = np.full((count, blocks, 8), np.pi)
-    if len(root):
-        value, real, table = evaluate(where, root)
-        pick = np.arange(len(root))
-        found = table[:, :40].reshape(-1, 4, 2, 5)[pick, kind]
-        good = real[pick, kind] & (np.abs(value[pick, kind]) < POSE_TOLERANCE)
-        for flip in (0, 1):
-            q[where, rank, 2 * kind + flip] = found[:, flip]
-            valid[where, rank, 2 * kind + flip] = good
-            free[where, rank, 2 * kind + flip] = wrap_angle(root)
-            miss[where, rank, 2 * kind + flip] = np.abs(value[pick, kind])
-    rows = blocks * 8
-    q, valid = q.reshape(*batch, rows, 5), valid.reshape(*batch, rows)
-    free, miss = free.reshape(*batch, rows), miss.reshape(*batch, rows)
-    p, normal = pt.reshape(*batch, 3), n.reshape(*batch, 3)
-
-    def residual() -> Floats:
-        wrist, tip = wrist_and_tip(arm, q)
-        position = np.sqrt(((tip - p[..., None, :]) ** 2).sum(axis=-1))
-        slope = np.abs(((tip - wrist) * normal[..., None, :]).sum(axis=-1)) / arm[4]
-        return np.maximum(np.maximum(position, slope), miss)
-
-    def reason() -> Any:
-        failed = ~valid.any(axis=-1)
-        text = "no phi brings the whole gripper parallel to the plane: drop strict, or move the target"
-        return np.where(failed, text, "").astype(object) if failed.ndim else (text if failed else "")
-
-    branch = np.tile(branch_table(3), (blocks, 1))
-    return IkSolutions(q, valid, branch, residual, True, reason, bits=BITS, flags={}, free=free)
