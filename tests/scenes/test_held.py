@@ -9,6 +9,7 @@ import trimesh
 from horosphere import distance
 from horosphere.certify import certify
 from horosphere.cli._app import main
+from horosphere.numeric import at_most
 from horosphere.planning import plan
 from horosphere.scenes import Scene, SceneError
 from horosphere.shapes import box_cover
@@ -158,7 +159,7 @@ def test_around_a_mesh_and_a_scan(tmp_path):
     found = plan(scene, method="tree")
     assert found.solved and found.certificate.certified
     cover = box_cover(scene.obstacles[0])
-    said = f"ring was enclosed in {len(cover.boxes)} boxes, slack at most {cover.slack:.4f} m"
+    said = f"ring was enclosed in {len(cover.boxes)} boxes, slack at most {at_most(cover.slack, decimals=4)} m"
     assert sum(said in note for note in found.notes) == 1
     dense = found.trajectory.positions
     far = np.min([one.signed_distance(points_on(scene.robot, dense)) for one in scene.obstacles], axis=0)

@@ -1,7 +1,13 @@
 """What a result says in words."""
 
+from fractions import Fraction
+
 import numpy as np
 
+import horosphere as hs
+from horosphere import certify, robots
+from horosphere.numeric import at_least, at_most
+from horosphere.shapes import HalfSpace
 from horosphere.viewer import bound
 
 
@@ -9,6 +15,28 @@ def test_a_lower_bound_is_never_written_larger_than_it_is():
     assert bound(0.03997, 1) == "39.9 mm" and bound(0.039966) == "39.96 mm" and bound(-0.00011, 1) == "-0.2 mm"
     for value in np.random.default_rng(7).uniform(-0.1, 1.0, 2000):
         for digits in (1, 2):
-            written = float(bound(value, digits).removesuffix(" mm"))
-            assert written <= 1e3 * value + 1e-6 and 1e3 * value - written < 1.001 * 10.0**-digits
+            written = Fraction(bound(value, digits).removesuffix(" mm")) / 1000
+            assert 0 <= Fraction(repr(float(value))) - written < Fraction(1, 1000 * 10**digits)
     assert bound(0.0235, 1) == "23.5 mm" and bound(0.0678, 1) == "67.8 mm"  # what is exact stays
+    assert bound(0.03999999999999, 1) == "39.9 mm" and bound(0.0) == "0.00 mm" and bound(-0.0) == "0.00 mm"
+
+
+def test_promises_are_rounded_to_the_safe_side():
+    rng = np.random.default_rng(8)
+    for value in rng.normal(size=2000) * 10.0 ** rng.uniform(-12, 6, 2000):
+        exact = Fraction(repr(float(value)))
+        for digits in (2, 3, 6):
+            low, high = Fraction(at_least(value, digits)), Fraction(at_most(value, digits))
+            assert low <= exact <= high and high - low <= abs(exact) * Fraction(10) ** (1 - digits)
+        assert Fraction(at_most(value, decimals=4)) >= exact >= Fraction(at_least(value, decimals=4))
+    assert at_least(0.0) == "0" and at_least(0.0123, power=3) == "12.3" and at_most(np.inf) == "inf"
+
+
+def test_a_certificate_says_no_more_than_it_proves():
+    robot = robots.load("panda")
+    q = 0.5 * (robot.limits.lower + robot.limits.upper)
+    for gap in (0.1, 0.0123456789, 0.02):
+        top = hs.Scene(robot, q, q, obstacles=(HalfSpace([0, 0, 1.0], -gap),))
+        found = certify.certify(top, np.array([q, q]))
+        said = Fraction(found.reason.split("at least ")[1].split(" m ")[0])
+        assert said <= Fraction(repr(found.clearance))

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ..distance import pack_robot
 from ..errors import InputError
-from ..numeric import float_array
+from ..numeric import at_least, float_array
 from ..robots import Robot
 from ._arrival import arm_error
 from ._certificate import Certificate, Unresolved, Violation
@@ -222,7 +222,7 @@ def reasons(
 ) -> tuple[str, ...]:
     """The verdict in words, one entry for each thing that does not hold."""
     if certified:
-        return (f"certified: clearance at least {clearance:.6g} m for all times (required: {margin:g} m)",)
+        return (f"certified: clearance at least {at_least(clearance, 6)} m for all times (required: {margin:g} m)",)
     lines = [str(v) for v in violations]
     for kind in ("obstacle", "self"):
         parts = [u for u in unresolved if u.kind == kind]
@@ -230,6 +230,6 @@ def reasons(
             worst = min(parts, key=lambda u: u.bound)
             lines.append(
                 f"{kind} clearance unresolved on {len(parts)} stretches, first from waypoint {parts[0].start:.6f} to "
-                f"{parts[0].stop:.6f}; at least {worst.bound:.6g} m there"
+                f"{parts[0].stop:.6f}; at least {at_least(worst.bound, 6)} m there"
             )
     return tuple(lines)

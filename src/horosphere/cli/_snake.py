@@ -210,6 +210,8 @@ def simulate(
         if out_folder is not None:
             folder = output_folder(out_folder)
             data["files"] = write(folder, snake, motion, figure)
+    from ..numeric import at_most
+
     line, good = said(result if word is not None else done, word)
     if json:
         out.print_json(data)
@@ -224,7 +226,7 @@ def simulate(
     elif len(done.displacement):
         x, y, theta = done.displacement[-1]
         rows.append(("Last period", f"head moved {x:.3f}, {y:.3f} m and turned {np.degrees(theta):.3g} degrees"))
-    rows.append(("Sideways slip", f"at most {motion.residual:.1e} m/s at any wheel"))
+    rows.append(("Sideways slip", f"at most {at_most(motion.residual, 2)} m/s at any wheel"))
     rows.append(("Integration error", f"{motion.error:.1e} (estimated)"))
     if out_folder is not None:
         rows.append(("Files", ", ".join(data["files"])))
@@ -337,6 +339,7 @@ def navigate(
         Print the result as JSON.
     """
     from ..io import output_folder
+    from ..numeric import at_least
     from ..scenes import Scene
     from ..snake import Surroundings, motion_figure, navigate_scene, snake_of
 
@@ -371,7 +374,7 @@ def navigate(
         if proof is not None and result.motion is not None:
             out.print_rows(
                 [
-                    ("Clearance, all times", f"at least {proof.clearance:.3g} m"),
+                    ("Clearance, all times", f"at least {at_least(proof.clearance, 3)} m"),
                     ("Error at the goal", f"{result.error:.2g}"),
                     ("Duration", f"{result.motion.time[-1]:.1f} s"),
                     ("Plans tried", len(result.attempts)),

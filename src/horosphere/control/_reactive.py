@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..distance import allowance, pack_obstacles
 from ..entities import Point
 from ..errors import InputError
-from ..numeric import float_array
+from ..numeric import at_most, float_array
 from ..robots import Robot
 from ..shapes import BoxCover, Mesh, Packed, Shape, as_shapes, box_cover
 from ..versors import Motor
@@ -168,7 +168,7 @@ class Reactive:
     def notes(self) -> tuple[str, ...]:
         """What was assumed of the robot, what stands for meshes, and which contacts are allowed."""
         meshes = (
-            f"{name}: {len(cover.boxes)} boxes for the mesh, slack at most {cover.slack:.4f} m"
+            f"{name}: {len(cover.boxes)} boxes for the mesh, slack at most {at_most(cover.slack, decimals=4)} m"
             for name, cover in self._covers.items()
         )
         there = self._solids.names

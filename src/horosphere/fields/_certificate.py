@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from ..numeric import at_least
 from ._charge import interaction, safe_charge
 from ._world import COMPILED
 
@@ -34,7 +35,7 @@ class Check:
     remedy: str = ""
 
     def __str__(self) -> str:
-        text = f"{'ok ' if self.holds else 'FAILS'} {self.name}: margin {self.margin:.4g} at {self.subject}"
+        text = f"{'ok ' if self.holds else 'FAILS'} {self.name}: margin {at_least(self.margin)} at {self.subject}"
         return text if self.holds else f"{text}; {self.remedy}"
 
 

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from ..errors import InputError
 from ..maps import RoundHull, Star, ball_seen_from, common_point, convex_hull, union
 from ..maps._directions import directions
+from ..numeric import at_most
 from ._shells import touching
 
 Array = NDArray[np.float64]
@@ -40,7 +41,7 @@ def merge(bodies: list[Star | tuple[Array, float, str]], goal: Array) -> tuple[l
         chosen = set(cluster)
         bodies = [body for k, body in enumerate(bodies) if k not in chosen] + [merged]
     return bodies, [
-        f"merged {star.name} into one star-shaped zone that reaches up to {star.slack:.3g} m beyond them"
+        f"merged {star.name} into one star-shaped zone that reaches up to {at_most(star.slack, 3)} m beyond them"
         for star, _ in made.values()
     ]
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ..errors import InputError
 from ..maps import Joukowski, Star, capsule, convex_hull, ellipsoid, lobed, smooth_box, smooth_cylinder
-from ..numeric import float_array
+from ..numeric import at_most, float_array
 
 Array = NDArray[np.float64]
 ACCEPTED = (
@@ -52,7 +52,7 @@ class Zones:
         if star.name != name:
             object.__setattr__(star, "name", name)
         if star.slack > 0.0:
-            self.notes.append(f"{name}: enclosed with at most {star.slack:.3g} m to spare")
+            self.notes.append(f"{name}: enclosed with at most {at_most(star.slack, 3)} m to spare")
         self.bodies.append(star)
 
     def add_halfspace(self, normal: Array, offset: float, name: str) -> None:

@@ -2,3 +2,5 @@
 
 from ._angles import wrap_angle as wrap_angle
 from ._checks import float_array as float_array
+from ._rounded import at_least as at_least
+from ._rounded import at_most as at_most

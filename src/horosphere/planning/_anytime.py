@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..distance import pack_obstacles, signed
+from ..numeric import at_least
 from ..robots import Robot
 from ..shapes import as_shapes
 from ._tree import CHUNK, Search, TreeResult
@@ -57,7 +58,7 @@ class Improvement:
         else:
             what = (
                 f"length {self.first_length:.3g} -> {self.length:.3g} rad, clearance "
-                f"{1e3 * self.first_clearance:.3g} -> {1e3 * self.clearance:.3g} mm (mean "
+                f"{at_least(self.first_clearance, 3, power=3)} -> {at_least(self.clearance, 3, power=3)} mm (mean "
                 f"{1e3 * self.first_mean_clearance:.3g} -> {1e3 * self.mean_clearance:.3g} mm), duration "
                 f"{self.first_duration:.3g} -> {self.duration:.3g} s"
             )

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from .. import kinematics
 from ..certify import certify
 from ..errors import InputError
+from ..numeric import at_most
 from ..scenes import Scene, Trajectory
 from ..shapes import Mesh, box_cover
 from ._certified import certified
@@ -53,7 +54,7 @@ def plan_in_joints(scene: Scene, start: Floats, goals: Floats, by: str, progress
             cover = box_cover(shape)  # kept since it was made for the search
             progress.note(
                 f"{by}: {shape.name or f'obstacle {number}'} was enclosed in {len(cover.boxes)} boxes, slack at most "
-                f"{cover.slack:.4f} m; the certificate looks at its triangles"
+                f"{at_most(cover.slack, decimals=4)} m; the certificate looks at its triangles"
             )
     if not found.solved:
         return Plan(scene, False, f"{by}: {found.reason}")

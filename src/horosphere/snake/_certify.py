@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from ..certify import Certificate
 from ..errors import InputError
-from ..numeric import wrap_angle
+from ..numeric import at_least, at_most, wrap_angle
 from ..scenes import Scene, SnakeRobot, Trajectory
 from ._scene import snake_of
 from ._snake import Snake
@@ -63,16 +63,16 @@ def certify_trajectory(scene: Scene, trajectory: Trajectory) -> Certificate:
     start, goal = (off_target(q[i], target) for i, target in ((0, scene.start), (-1, scene.goal)))
     reasons = []
     if found.clearance < asked:
-        reasons.append(f"the body's clearance is only certified to {found.clearance:.4g} m of {asked:g} m")
+        reasons.append(f"the body's clearance is only certified to {at_least(found.clearance)} m of {asked:g} m")
     if found.self_clearance < 0.0:
         reasons.append("links come too close to one another")
     if slip > _SLIP * float(snake.lengths.min()):
-        reasons.append(f"a wheel slips sideways by {slip:.2g} m in all")
+        reasons.append(f"a wheel slips sideways by {at_most(slip, 2)} m in all")
     for (metres, angle), name in ((start, "start"), (goal, "goal")):
         if max(metres, angle) > _NEAR:
             reasons.append(f"the {name} is missed by {metres:.3g} m, {angle:.3g} rad")
     good = not reasons
-    head = [f"between the waypoints a wheel slips sideways by at most {slip:.2g} m in all"] if good else []
+    head = [f"between the waypoints a wheel slips sideways by at most {at_most(slip, 2)} m in all"] if good else []
     return Certificate(
         certified=good,
         clearance=found.clearance,

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InputError, unknown_name
-from ..numeric import wrap_angle
+from ..numeric import at_least, wrap_angle
 from ._dubins import dubins
 from ._extended import two_to
 from ._motion import Motion
@@ -236,7 +236,9 @@ def _follow(
     motion = snake.simulate(start, inputs, durations=durations, tolerance=1e-9)
     certificate = certify_motion(snake, motion, around, 0.5 * settings.width, settings.clearance)
     if not certificate.certified:
-        return _failed("body", f"body: the clearance on the way is {certificate.clearance:.3g} m", path, motion)
+        return _failed(
+            "body", f"body: the clearance on the way is {at_least(certificate.clearance, 3)} m", path, motion
+        )
     return _arrive(snake, goal, around, settings, path, motion, inputs, durations, start)
 
 
@@ -370,7 +372,10 @@ def _arrive(
         whole = snake.simulate(start, all_inputs, durations=all_durations, tolerance=1e-9)
         certificate = certify_motion(snake, whole, around, half, settings.clearance)
         if not certificate.certified:
-            failure, reason = "arrival", f"arrival: steering into the goal comes within {certificate.clearance:.3g} m"
+            failure, reason = (
+                "arrival",
+                f"arrival: steering into the goal comes within {at_least(certificate.clearance, 3)} m",
+            )
             continue
         error = whole.end - goal
         error[2:] = wrap_angle(error[2:])

@@ -6,6 +6,7 @@ import numpy as np
 
 from ..certify import Certificate
 from ..errors import InputError
+from ..numeric import at_least
 from ..scenes import PostureTarget, Scene, SnakeRobot, Trajectory
 from ._navigate import Navigation
 from ._snake import Snake
@@ -56,7 +57,7 @@ def certificate_of(scene: Scene, result: Navigation) -> Certificate | None:
     asked = scene.options.clearance
     reasons = []
     if own.clearance < asked:
-        reasons.append(f"the clearance is only certified to {own.clearance:.4g} m")
+        reasons.append(f"the clearance is only certified to {at_least(own.clearance)} m")
     if own.self_clearance < 0.0:
         reasons.append("links come too close to one another")
     start_error, start_angle = off_target(result.motion.q[0], scene.start)

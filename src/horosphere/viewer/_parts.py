@@ -15,6 +15,14 @@ Floats = NDArray[np.float64]
 
 BLUES = np.array([[52, 92, 140], [58, 110, 165], [96, 160, 210], [150, 200, 225]], dtype=np.float64)
 
+MOST_DRAWN = 60_000
+"""Points of one cloud that are drawn: a report stays under 5 MB and turns smoothly."""
+
+
+def stride(cloud: Any) -> int:
+    """Every how many points of a cloud one is drawn."""
+    return -(-len(cloud.points) // MOST_DRAWN)
+
 
 @dataclass(frozen=True, slots=True)
 class Part:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ..errors import InputError
 from ..scenes import Scene, Trajectory
-from ._parts import extent_of, parts, tool_points
+from ._parts import extent_of, parts, stride, tool_points
 from ._sight import look
 from ._solids import ball, solid_of
 
@@ -211,10 +211,9 @@ def _obstacle(
     api: Any, name: str, obstacle: Any, solid: Any, extent: float, shadow: bool, opacity: float | None
 ) -> None:
     if solid is None:
-        points = np.asarray(obstacle.points)
-        stride = max(1, len(points) // 60_000)  # a report stays under 5 MB
+        points = np.asarray(obstacle.points)[:: stride(obstacle)]
         radius = float(np.median(obstacle.radius))
-        api.add_point_cloud(name, points[::stride].astype(np.float32), OBSTACLE, point_size=max(radius, 0.003 * extent))
+        api.add_point_cloud(name, points.astype(np.float32), OBSTACLE, point_size=max(radius, 0.003 * extent))
         return
     kind = type(obstacle).__name__
     vertices, faces = solid

@@ -8,8 +8,10 @@ from typing import Any
 
 import numpy as np
 
+from ..numeric import at_least
 from ..scenes import PointRobot, Scene, Trajectory
 from ._measure import Measures
+from ._parts import stride
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,14 +126,13 @@ def _clearance(certificate: Any, scene: Scene, certified: bool) -> str:
         return "nothing to keep clear of" if value > 0 else "none"
     unit = getattr(scene.robot, "unit", "m")
     least = bound(value, unit=unit)
-    required = f"(required {1e3 * scene.options.clearance:.1f} m{unit})"
+    required = f"(required {1e3 * scene.options.clearance:g} m{unit})"
     return f"at least {least} {required}" if certified else f"not certified; bound {least} {required}"
 
 
 def bound(value: float, digits: int = 2, unit: str = "m") -> str:
     """A lower bound in thousandths of the unit, rounded down: what is promised must hold as it is written."""
-    scale = 10.0**digits
-    return f"{math.floor(1e3 * value * scale + 1e-6) / scale:.{digits}f} m{unit}"
+    return f"{at_least(value, decimals=digits, power=3)} m{unit}"
 
 
 def length(value: float, unit: str = "m") -> str:
@@ -208,9 +209,17 @@ def _obstacles(scene: Scene) -> str:
     if not scene.obstacles:
         return "none"
     counts: dict[str, int] = {}
+    clouds: list[str] = []
     for obstacle in scene.obstacles:
         kind = {"EllipsoidND": "ellipsoid", "HalfSpace": "half-space", "PointCloud": "point cloud"}.get(
             type(obstacle).__name__, type(obstacle).__name__.lower()
         )
         counts[kind] = counts.get(kind, 0) + 1
-    return ", ".join(f"{n} {kind}{'' if n == 1 else 'es' if kind == 'box' else 's'}" for kind, n in counts.items())
+        if kind == "point cloud":
+            every = stride(obstacle)
+            shown = f", one in {every} drawn in the report" if every > 1 else ""
+            clouds.append(f"{len(obstacle.points):,} points{shown}")
+    named = {kind: f"{n} {kind}{'' if n == 1 else 'es' if kind == 'box' else 's'}" for kind, n in counts.items()}
+    if clouds:
+        named["point cloud"] += f" ({'; '.join(clouds)})"
+    return ", ".join(named.values())
