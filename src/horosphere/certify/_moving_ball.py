@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputError
-from ..scenes import PointRobot, UnicycleRobot
+from ..scenes import PointRobot, UnicycleRobot, kind_of
 from ._arrival import body_error
 from ._ball import ball_clearance
 from ._certificate import Certificate, Unresolved, Violation
@@ -37,7 +37,7 @@ def certify_ball(scene: Scene, positions: Floats, times: Floats | None) -> Certi
     unresolved: list[Unresolved] = []
     lower, upper, nearest, evaluations = np.inf, np.inf, "nothing to touch", 0
     for index, obstacle in enumerate(scene.obstacles):
-        name = obstacle.name or f"{type(obstacle).__name__.lower()} {index}"
+        name = obstacle.name or f"{kind_of(obstacle)} {index}"
         c = ball_clearance(path, robot.radius, obstacle, margin, slack)
         evaluations += c.evaluations
         if c.upper < upper:

@@ -40,7 +40,7 @@ def merge(bodies: list[Star | tuple[Array, float, str]], goal: Array) -> tuple[l
         chosen = set(cluster)
         bodies = [body for k, body in enumerate(bodies) if k not in chosen] + [merged]
     return bodies, [
-        f"merged {star.name} into one star-shaped zone that reaches up to {star.slack:.3g} m beyond them"
+        f"merged {star.name} into one star-shaped zone that reaches up to {1e3 * star.slack:.3g} mm beyond them"
         for star, _ in made.values()
     ]
 

@@ -52,7 +52,7 @@ class Zones:
         if star.name != name:
             object.__setattr__(star, "name", name)
         if star.slack > 0.0:
-            self.notes.append(f"{name}: enclosed with at most {star.slack:.3g} m to spare")
+            self.notes.append(f"{name}: enclosed with at most {1e3 * star.slack:.3g} mm to spare")
         self.bodies.append(star)
 
     def add_halfspace(self, normal: Array, offset: float, name: str) -> None:
