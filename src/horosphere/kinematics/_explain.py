@@ -66,6 +66,6 @@ def nearest_pose(robot: Any, target: Any) -> str:
     return words
 
 
-def _shown(value: float, digits: int = 4) -> str:
+def _shown(value: Any, digits: int = 4) -> str:
     """So many digits, none of them below a millionth: -1.7e-13 is 0."""
     return f"{round(float(value), 6) + 0.0:.{digits}g}"
