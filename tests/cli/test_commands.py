@@ -109,6 +109,11 @@ def test_robot(run, tmp_path):
     assert Scene.load(tmp_path / "scene.yaml").robot.n_joints == 5
 
 
+def test_every_figure_of_a_robot_has_its_unit(run):
+    rows = [line.split() for line in run("robot", "panda").out.splitlines() if line.startswith("panda_joint")]
+    assert len(rows) == 7 and all(row[-2:] == ["N", "m"] and float(row[-3]) > 0 for row in rows)
+
+
 @pytest.mark.parametrize(
     ("words", "message"),
     [

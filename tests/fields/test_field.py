@@ -206,7 +206,7 @@ def test_batches_keep_their_shape_and_take_integers():
         (lambda: HarmonicField([0, 0], ([[1, 2]], [0])), "above 0"),
         (lambda: HarmonicField([0, 0], ([[1, 2]], [-1])), "above 0"),
         (lambda: HarmonicField([0, 0], ([[1, np.inf]], [1])), "finite"),
-        (lambda: HarmonicField([0, 0], ([[0.5, 0]], [1])), "goal lies 0.5 m inside obstacle 0"),
+        (lambda: HarmonicField([0, 0], ([[0.5, 0]], [1])), "goal lies 500 mm inside obstacle 0"),
         (lambda: HarmonicField([0, 0], ([[2, 0]], [1]), margin=1.5), "inside obstacle 0"),
         (lambda: HarmonicField([0, 0], rule="plannar"), "planar-log"),
         (lambda: HarmonicField([0, 0], blend="smoth"), "smooth"),

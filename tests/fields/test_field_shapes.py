@@ -112,7 +112,7 @@ def test_step_is_bounded_and_safe_beside_stars():
             "open.*not watertight",
         ),
         (lambda: [shapes.Box([0, 0, 0], [1, 1, 1], np.eye(3), name="crate")], [0.5, 0, 0], "inside crate"),
-        (lambda: [shapes.HalfSpace([0, 0, 1.0], 0.0, name="floor")], [0, 0, -0.1], "0.1 m beyond floor"),
+        (lambda: [shapes.HalfSpace([0, 0, 1.0], 0.0, name="floor")], [0, 0, -0.1], "100 mm beyond floor"),
         (lambda: [shapes.Ball([1.0, 2.0], 0.5)], [0, 0, 0], r"lies in R\^2"),
         (lambda: [maps.lobed([1, 0], 0.3, 0.2, 5)], [0, 0, 0], r"lies in R\^2"),
         (lambda: [maps.ellipsoid([1, 0], [1.0, 0.3])], [0.2, 0], "inside obstacle 0"),

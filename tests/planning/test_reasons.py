@@ -115,3 +115,19 @@ def test_a_goal_that_a_joint_limit_forbids_names_joint_and_nearest_pose(name):
     assert not result.solved and "limits" in result.reason
     assert away > 0.05 and away == pytest.approx(np.linalg.norm(tip - goal.translation), abs=2e-3)
     assert any(joint in result.reason for joint in robot.joint_names)
+
+
+@pytest.mark.parametrize("position", [[0.0, 0.0, 1.9], [0.9, 0.0, 0.0], [0.0, -1.3, 0.2]])
+def test_no_figure_is_finer_than_it_is_known(position):
+    """A search ends where a coordinate is -1.7e-13: that is 0."""
+    from horosphere.kinematics._explain import nearest_pose
+
+    robot = hs.robots.load("srs-arm")
+    for target in (
+        hs.Point.from_euclidean(position),
+        hs.Motor.from_matrix(np.block([[np.eye(3), np.c_[position]], [0, 0, 0, 1]])),
+    ):
+        said = nearest_pose(robot, target)
+        numbers = [float(x) for x in re.findall(r"-?\d[\d.]*(?:e[-+]?\d+)?", said)]
+        assert len(numbers) >= 4 and all(x == 0.0 or abs(x) >= 1e-6 for x in numbers), said
+        assert "-0," not in said and "(-0" not in said.replace("(-0.", "")

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ..distance import ROUNDING
 from ..errors import InputError
-from ..scenes import Aerofoil, EllipsoidND, PointRobot, Star, UnicycleRobot
+from ..scenes import Aerofoil, EllipsoidND, PointRobot, Star, UnicycleRobot, kind_of
 from ._arrival import body_error
 from ._ball import ball_clearance
 from ._certificate import Certificate, Unresolved, Violation
@@ -38,7 +38,7 @@ def certify_ball(scene: Scene, positions: Floats, times: Floats | None) -> Certi
     unresolved: list[Unresolved] = []
     lower, upper, nearest, evaluations = np.inf, np.inf, "nothing to touch", 0
     for index, obstacle in enumerate(scene.obstacles):
-        name = obstacle.name or f"{type(obstacle).__name__.lower()} {index}"
+        name = obstacle.name or f"{kind_of(obstacle)} {index}"
         c = ball_clearance(path, robot.radius, obstacle, margin, slack)
         evaluations += c.evaluations
         if c.upper < upper:

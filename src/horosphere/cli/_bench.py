@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -16,8 +17,40 @@ app = App(
     name="bench",
     help="Run many problems and print how it went.\n\nExample: `horosphere bench mbm problems.tar.bz2`",
 )
-Mode = Literal["tree", "reactive", "reactive-or-tree"]
-Written = Annotated[Path | None, Parameter(name=("--out", "--out-file"))]
+
+
+@Parameter(name="*")
+@dataclass(frozen=True, kw_only=True)
+class Runs:
+    """How all problems are run, and what becomes of the table.
+
+    Parameters
+    ----------
+    mode
+        tree, reactive (no tree at all), or reactive-or-tree.
+    repeats
+        Runs of each problem.
+    states_per_rad
+        Look at every path in so many configurations per radian, independent of the planner (0: not, which is much faster).
+    out_file
+        Write all rows as .csv, .json or .parquet.
+    json
+        Print the result as JSON.
+    """
+
+    mode: Literal["tree", "reactive", "reactive-or-tree"] = "tree"
+    repeats: int = 3
+    states_per_rad: float = 300.0
+    out_file: Annotated[Path | None, Parameter(name=("--out", "--out-file"))] = None
+    json: bool = False
+
+    @property
+    def options(self) -> dict[str, Any]:
+        """Those that the bench takes."""
+        return {"mode": self.mode, "repeats": self.repeats, "states_per_rad": self.states_per_rad}
+
+
+USUAL = Runs()
 
 
 @app.command
@@ -27,12 +60,8 @@ def mbm(
     robot: str | None = None,
     tip: str | None = None,
     only: str | None = None,
-    mode: Mode = "tree",
     clearance: float = 0.0,
-    repeats: int = 3,
-    states_per_rad: float = 300.0,
-    out_file: Written = None,
-    json: bool = False,
+    runs: Runs = USUAL,
 ) -> int:
     """MotionBenchMaker: `SET/sceneNNNN.yaml` and `SET/requestNNNN.yaml` in a folder or an archive; a table per set.
 
@@ -51,28 +80,15 @@ def mbm(
         The tip link of the URDF.
     only
         Sets whose names begin so.
-    mode
-        tree, reactive (no tree at all), or reactive-or-tree.
     clearance
         Metres to keep from every obstacle.
-    repeats
-        Runs of each problem.
-    states_per_rad
-        Look at every path in so many configurations per radian, independent of the planner (0: not, which is much faster).
-    out_file
-        Write all rows as .csv, .json or .parquet.
-    json
-        Print the result as JSON.
     """
     from ..planning import bench_mbm
 
     def run(progress: Any) -> BenchTable:
-        return bench_mbm(
-            path, robot, tip=tip, only=only, mode=mode, clearance=clearance, repeats=repeats, states_per_rad=states_per_rad,
-            progress=progress,
-        )  # fmt: skip
+        return bench_mbm(path, robot, tip=tip, only=only, clearance=clearance, progress=progress, **runs.options)
 
-    return _report("reading the problems", run, out_file, json)
+    return _report("reading the problems", run, runs)
 
 
 @app.command
@@ -80,12 +96,8 @@ def random(
     *robots: str,
     count: int = 50,
     seed: int = 0,
-    mode: Mode = "tree",
     clearance: float = 0.01,
-    repeats: int = 3,
-    states_per_rad: float = 300.0,
-    out_file: Written = None,
-    json: bool = False,
+    runs: Runs = USUAL,
 ) -> int:
     """Random problems with a known solution: for each robot `count` scenes of balls, boxes, cylinders and capsules in its way.
 
@@ -99,36 +111,23 @@ def random(
         Problems a robot.
     seed
         Of the first problem; the next have the numbers after it.
-    mode
-        tree, reactive (no tree at all), or reactive-or-tree.
     clearance
         Metres to keep from every obstacle.
-    repeats
-        Runs of each problem.
-    states_per_rad
-        Look at every path in so many configurations per radian, independent of the planner (0: not, which is much faster).
-    out_file
-        Write all rows as .csv, .json or .parquet.
-    json
-        Print the result as JSON.
     """
     from ..planning import bench_random
 
     def run(progress: Any) -> BenchTable:
-        return bench_random(
-            robots, count=count, seed=seed, mode=mode, clearance=clearance, repeats=repeats, states_per_rad=states_per_rad,
-            progress=progress,
-        )  # fmt: skip
+        return bench_random(robots, count=count, seed=seed, clearance=clearance, progress=progress, **runs.options)
 
-    return _report("making the problems", run, out_file, json)
+    return _report("making the problems", run, runs)
 
 
-def _report(what: str, run: Any, out_file: Path | None, json: bool) -> int:
+def _report(what: str, run: Any, runs: Runs) -> int:
     """Runs a bench under a line of progress, writes its rows, prints its table."""
     from ..planning._bench_table import check_format
 
-    if out_file is not None:
-        check_format(out_file)
+    if runs.out_file is not None:
+        check_format(runs.out_file)
     with out.working(what) as progress:
         out.announce_compiling(progress)
         said = ""
@@ -140,12 +139,12 @@ def _report(what: str, run: Any, out_file: Path | None, json: bool) -> int:
                 progress.update(f"planning {name}: {number} of {of}")
 
         table = run(planning)
-    if out_file is not None:
-        table.save(out_file)
+    if runs.out_file is not None:
+        table.save(runs.out_file)
     lines = table.summary()
     solved = all(row.solved for row in table.rows)
     reasons = [(f"{row.set} {row.problem}", row.reason) for row in table.rows if not row.solved]
-    if json:
+    if runs.json:
         named = [{"problem": problem, "reason": reason} for problem, reason in reasons]
         out.print_json({
             "robots": list(dict.fromkeys(row.robot for row in table.rows)), "states_per_rad": table.states_per_rad,
@@ -174,7 +173,7 @@ def _report(what: str, run: Any, out_file: Path | None, json: bool) -> int:
     rows = [("Solved by", ", ".join(f"{name}: {number}" for name, number in table.solvers().items()) or "nothing")]
     if table.states_per_rad:
         rows.append(("Touching", f"in {table.states_per_rad:g} configurations per radian, by plain numpy"))
-    rows += [("File", str(out_file))] if out_file is not None else []
+    rows += [("File", str(runs.out_file))] if runs.out_file is not None else []
     out.print_rows(rows)
     if reasons:
         out.print_rows(reasons[:20], title="Not solved")

@@ -184,7 +184,9 @@ def _print_joints(joints: list[dict[str, Any]]) -> None:
         cells = [_amount(joint[key], turns) for key in ("lower", "upper")]
         cells += [_amount(joint["velocity"], turns, "/s"), _amount(joint["acceleration"], turns, "/s2")]
         effort = joint["effort"]
-        table.add_row(joint["name"], joint["type"], *cells, "-" if effort is None else f"{effort:g}")
+        table.add_row(
+            joint["name"], joint["type"], *cells, "-" if effort is None else f"{effort:g} {'N m' if turns else 'N'}"
+        )
     out.print_table(table)
 
 

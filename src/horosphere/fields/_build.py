@@ -43,7 +43,7 @@ def lay_out(goal: Array, obstacles: Any, margin: float, workspace: Any) -> Layou
     if (away <= 0.0).any():
         k = int(np.argmin(away))
         raise InputError(
-            f"the goal lies {-away[k]:.3g} m beyond {zones.wall_names[k]}",
+            f"the goal lies {-1e3 * away[k]:.4g} mm beyond {zones.wall_names[k]}",
             place="goal",
             remedy="move the goal or the wall",
         )
@@ -95,7 +95,7 @@ def lay_out(goal: Array, obstacles: Any, margin: float, workspace: Any) -> Layou
 
 def _goal_inside(name: str, depth: float) -> InputError:
     return InputError(
-        f"the goal lies {depth:.3g} m inside {name}",
+        f"the goal lies {1e3 * depth:.4g} mm inside {name}",
         place="goal",
         remedy="move the goal or shrink the obstacle or the margin",
     )

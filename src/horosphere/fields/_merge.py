@@ -41,7 +41,7 @@ def merge(bodies: list[Star | tuple[Array, float, str]], goal: Array) -> tuple[l
         chosen = set(cluster)
         bodies = [body for k, body in enumerate(bodies) if k not in chosen] + [merged]
     return bodies, [
-        f"merged {star.name} into one star-shaped zone that reaches up to {at_most(star.slack, 3)} m beyond them"
+        f"merged {star.name} into one star-shaped zone that reaches up to {at_most(star.slack, 3, power=3)} mm beyond them"
         for star, _ in made.values()
     ]
 

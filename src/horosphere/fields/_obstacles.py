@@ -52,7 +52,7 @@ class Zones:
         if star.name != name:
             object.__setattr__(star, "name", name)
         if star.slack > 0.0:
-            self.notes.append(f"{name}: enclosed with at most {at_most(star.slack, 3)} m to spare")
+            self.notes.append(f"{name}: enclosed with at most {at_most(star.slack, 3, power=3)} mm to spare")
         self.bodies.append(star)
 
     def add_halfspace(self, normal: Array, offset: float, name: str) -> None:

@@ -30,7 +30,7 @@ def _outside_limits(found: IkSolutions, robot: Any) -> str:
     joint = int(np.argmax(over[row]))
     count = int(found.valid.sum())
     kind = next(link.kind for link in robot.links if link.coordinate == joint)
-    angle = (lambda x: f"{np.degrees(x):.4g} deg") if kind == "revolute" else (lambda x: f"{x:.4g} m")
+    angle = (lambda x: f"{_shown(np.degrees(x))} deg") if kind == "revolute" else (lambda x: f"{_shown(x)} m")
     return (
         f"{count} of {len(found.valid)} branches reach the target, none inside the joint limits: the nearest, {found.name(row)}, "
         f"needs {robot.joint_names[joint]} at {angle(found.q[row, joint])}, and its limits are {angle(lower[joint])} to "
@@ -58,9 +58,14 @@ def nearest_pose(robot: Any, target: Any) -> str:
     x, y, z = reached[:3, 3]
     wanted = goal.as_euclidean() if isinstance(goal, Point) else goal.as_matrix()[:3, 3]
     away = float(np.linalg.norm(wanted - [x, y, z]))
-    words = f"the nearest found inside the limits has the tip at ({x:.4g}, {y:.4g}, {z:.4g}), {away:.3g} m away"
+    words = f"the nearest found inside the limits has the tip at ({_shown(x)}, {_shown(y)}, {_shown(z)}), {_shown(away, 3)} m away"
     if isinstance(goal, Motor):
         both = goal.as_matrix()
         both[:3, 3] = reached[:3, 3]
-        words += f" and {matrix_error(reached, both):.3g} rad turned"
+        words += f" and {_shown(matrix_error(reached, both), 3)} rad turned"
     return words
+
+
+def _shown(value: Any, digits: int = 4) -> str:
+    """So many digits, none of them below a millionth: -1.7e-13 is 0."""
+    return f"{round(float(value), 6) + 0.0:.{digits}g}"

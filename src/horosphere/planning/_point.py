@@ -93,13 +93,15 @@ def tracking_notes(scene: Scene, robot: PointRobot, field: HarmonicField, path: 
     words = f"{run.reason} in {run.time[-1]:.2f} s" if run.reached else run.reason
     notes.append(
         f"tracking simulated with {control.law} at {1e3 * control.period:g} ms, disturbance {control.disturbance:g} m/s^2: {words}; "
-        f"velocity error {run.rms_error():.3g} m/s rms, least clearance {run.clearance:.3g} m"
+        f"velocity error {run.rms_error():.3g} m/s rms, least clearance {1e3 * run.clearance:.3g} mm"
     )
     if len(field.world.radii) and isinstance(field.chart, Identity):
         notes.append(_inflation_note(scene, field, run, speed))
     short = scene.options.clearance - run.clearance
     if short > 0.0:
-        notes.append(f"tracking: to keep the clearance of {scene.options.clearance:g} m, ask for {short:.2g} m more")
+        notes.append(
+            f"tracking: to keep the clearance of {1e3 * scene.options.clearance:g} mm, ask for {1e3 * short:.2g} mm more"
+        )
     return notes
 
 
@@ -112,7 +114,7 @@ def _inflation_note(scene: Scene, field: HarmonicField, run: Track, speed: Speed
     k = int(np.unravel_index(near.argmin(), near.shape)[1])
     radius = world.radii[k] - scene.options.clearance
     growth = float(tracking_inflation(radius, np.linalg.norm(world.centers[k] - field.goal), speed, error))
-    covers = "no growth short of the goal covers" if np.isinf(growth) else f"a growth by {growth:.2g} m covers"
+    covers = "no growth short of the goal covers" if np.isinf(growth) else f"a growth by {1e3 * growth:.2g} mm covers"
     return f"tracking: {covers} a velocity error of {error:.2g} m/s beside {field.names[k]}"
 
 

@@ -9,6 +9,7 @@ from ._bodies import SnakeRobot as SnakeRobot
 from ._bodies import Star as Star
 from ._bodies import UnicycleRobot as UnicycleRobot
 from ._bodies import Workspace as Workspace
+from ._bodies import kind_of as kind_of
 from ._library import library_path as library_path
 from ._library import names as names
 from ._options import ControlOptions as ControlOptions

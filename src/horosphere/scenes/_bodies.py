@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -148,6 +149,14 @@ class Star:
             raise InputError(
                 f"expected 0 <= amplitude < 1 and lobes >= 1, got {self.amplitude}, {self.lobes}", place="Star"
             )
+
+
+def kind_of(obstacle: Any) -> str:
+    """What an obstacle is, in a word."""
+    if isinstance(obstacle, EllipsoidND):
+        return "ellipse" if len(obstacle.center) == 2 else "ellipsoid"
+    name = type(obstacle).__name__
+    return {"HalfSpace": "half-space", "PointCloud": "point cloud"}.get(name, name.lower())
 
 
 @dataclass(frozen=True, slots=True, eq=False)

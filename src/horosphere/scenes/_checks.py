@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ._bodies import Aerofoil, EllipsoidND, PointRobot, SnakeRobot, Star, UnicycleRobot, Workspace
+from ._bodies import Aerofoil, EllipsoidND, PointRobot, SnakeRobot, Star, UnicycleRobot, Workspace, kind_of
 from ._options import FieldOptions
 from ._targets import (
     GripperPlaneTarget,
@@ -74,7 +74,7 @@ def problems(
         if obstacle is None:
             continue
         if dimension_of(obstacle) != dimension:
-            what = f"a {type(obstacle).__name__.lower()} of dimension {dimension_of(obstacle)}"
+            what = f"a {kind_of(obstacle)} of dimension {dimension_of(obstacle)}"
             yield Problem(("obstacles", i), f"{what} in a scene of dimension {dimension}")
         label = getattr(obstacle, "name", "")
         if label and seen.setdefault(label, i) != i:

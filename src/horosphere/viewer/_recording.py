@@ -25,7 +25,7 @@ GLASS = 0.3
 """Opacity of what would hide the robot."""
 START, GOAL = (120, 120, 120), (46, 160, 67)
 FRAMES_PER_SECOND, MOST_FRAMES = 25.0, 300
-AMBIENT = 0.8
+AMBIENT = 1.5
 FIELD_OF_VIEW, ASPECT, FILLED = 0.7, 1.25, 0.9
 """Of the camera, vertical, rad; the narrowest picture it fits; how much of that the scene may fill."""
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..numeric import at_least
-from ..scenes import PointRobot, Scene, Trajectory
+from ..scenes import PointRobot, Scene, Trajectory, kind_of
 from ._measure import Measures
 from ._parts import stride
 
@@ -186,8 +186,12 @@ def _robot(scene: Scene) -> str:
         return f"snake of {robot.links} links"
     if type(robot).__name__ == "PointRobot":
         space = f"R^{robot.dimension}" if robot.unit == "m" else f"a configuration space of {robot.dimension} angles"
-        return f"ball of radius {robot.radius:g} {robot.unit} in {space}"
-    return f"unicycle of radius {robot.radius:g} m"
+        return f"ball of radius {robot.radius:g} {robot.unit} in {space}, {_rates(robot, robot.unit)}"
+    return f"unicycle of radius {robot.radius:g} m, {_rates(robot, 'm')}, {robot.max_turn_rate:g} rad/s"
+
+
+def _rates(robot: Any, unit: str) -> str:
+    return f"at most {robot.max_speed:g} {unit}/s and {robot.max_acceleration:g} {unit}/s^2"
 
 
 def collision_model(scene: Scene) -> str:
@@ -211,15 +215,15 @@ def _obstacles(scene: Scene) -> str:
     counts: dict[str, int] = {}
     clouds: list[str] = []
     for obstacle in scene.obstacles:
-        kind = {"EllipsoidND": "ellipsoid", "HalfSpace": "half-space", "PointCloud": "point cloud"}.get(
-            type(obstacle).__name__, type(obstacle).__name__.lower()
-        )
+        kind = kind_of(obstacle)
         counts[kind] = counts.get(kind, 0) + 1
         if kind == "point cloud":
             every = stride(obstacle)
             shown = f", one in {every} drawn in the report" if every > 1 else ""
             clouds.append(f"{len(obstacle.points):,} points{shown}")
-    named = {kind: f"{n} {kind}{'' if n == 1 else 'es' if kind == 'box' else 's'}" for kind, n in counts.items()}
+    named = {
+        kind: f"{n} {kind}{'' if n == 1 else 'es' if kind in ('box', 'mesh') else 's'}" for kind, n in counts.items()
+    }
     if clouds:
         named["point cloud"] += f" ({'; '.join(clouds)})"
     return ", ".join(named.values())
