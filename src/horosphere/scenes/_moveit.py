@@ -84,8 +84,8 @@ class MoveItProblem:
     def scene(self, robot: Robot, **fields: Any) -> Scene:
         """As a `Scene` for this robot; `fields` as for the constructor (options, name ...).
 
-        The first goal is taken; no clearance is asked for. What was enclosed or left out stands in the robot's notes. Raises InputError at the file for
-        what does not fit this robot.
+        The first goal is taken; no clearance is asked for. What was enclosed or left out stands in the robot's notes. Raises
+        InputError at the file for what does not fit this robot.
         """
         from ._scene import Scene
 
