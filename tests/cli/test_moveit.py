@@ -77,3 +77,35 @@ def test_what_is_missing_is_named_as_it_is_typed(run, files, tmp_path):
         ]  # progress, where it took a second
         assert result.code == 2 and message in result.err and len(said) == 1, (words, result.err)
     assert not list(tmp_path.iterdir())
+
+
+POSE = """
+start_state: {joint_state: {name: [panda_joint1, panda_joint2, panda_joint3, panda_joint4, panda_joint5, panda_joint6, panda_joint7],
+              position: [0, -0.785, 0, -2.356, 0, 1.571, 0.785]}}
+goal_constraints:
+  - position_constraints: [{link_name: LINK, constraint_region: {primitive_poses: [{position: [0.45, 0.35, 0.4]}]}}]
+    orientation_constraints: [{orientation: [0.96, 0.28, 0, 0]}]
+"""
+BALL = """
+world: {collision_objects: [{id: ball, primitives: [{type: sphere, dimensions: [0.1]}],
+                             primitive_poses: [{position: [0.5, 0.1, 0.5]}]}]}
+"""
+
+
+@pytest.mark.parametrize("link", ["panda_hand", "panda_link7"])
+def test_a_pose_is_reached_by_the_link_that_is_named(run, tmp_path, link):
+    """The built-in Panda ends in a tool 10 cm beyond its hand; the wanted pose is the link's."""
+    from horosphere import kinematics, robots
+
+    (tmp_path / "scene_a.yaml").write_text(BALL)
+    (tmp_path / "request_a.yaml").write_text(POSE.replace("LINK", link))
+    words = ("--robot", "panda", "--no-report", "--time", "0", "--out", tmp_path / "out", "--json")
+    data = json.loads(run("plan", tmp_path / "scene_a.yaml", *words).out)
+    assert data["solved"], data["reason"]
+    panda = robots.load("panda")
+    q = np.load(tmp_path / "out" / "trajectory.npz")["q"][-1]
+    pose = kinematics.frames(panda, q).as_matrix()[panda.link_names.index(link)]
+    np.testing.assert_allclose(pose[:3, 3], [0.45, 0.35, 0.4], atol=1e-6)
+    x, y = 0.96, 0.28  # a half turn about (x, y, 0)
+    turn = 2.0 * np.outer([x, y, 0.0], [x, y, 0.0]) - np.eye(3)
+    np.testing.assert_allclose(pose[:3, :3], turn, atol=1e-6)

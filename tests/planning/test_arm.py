@@ -181,13 +181,13 @@ def test_goal_inside_an_obstacle_is_said():
     assert "goal in collision" in found.reason and "'wall lamp'" in found.reason and "gripper" in found.reason
 
 
-def test_start_in_collision_names_the_pair():
+def test_a_start_that_is_too_close_names_the_pair():
     robot = robots.load("panda")
     start = np.array([0.0, -0.4, 0.0, -2.2, 0.0, 1.8, 0.785])
     tool = kinematics.forward(robot, start).as_matrix()[:3, 3]
     box = Box(tool, [0.02, 0.02, 0.02], name="part")
     found = plan(Scene(robot, JointTarget(start), JointTarget(start + 0.3), (box,)))
-    assert not found.solved and found.reason.startswith("start in collision") and "'part'" in found.reason
+    assert not found.solved and found.reason.startswith("start too close") and "'part'" in found.reason
 
 
 def test_start_beyond_a_limit_names_the_joint():

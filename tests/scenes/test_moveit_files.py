@@ -62,7 +62,7 @@ def test_the_goals_joints_move_and_the_others_stand_where_the_state_has_them(fol
     assert robot.joint_names == ("turn", "nod") and robot.link_names[robot.tip] == "palm"
     np.testing.assert_array_equal(scene.start.q, [0.2, -0.4])  # the request has the last word
     np.testing.assert_array_equal(scene.goal.q, [1.0, 0.5])
-    assert (scene.options.velocity_scale, scene.options.acceleration_scale) == (0.5, 1.0)
+    assert (scene.options.velocity_scale, scene.options.acceleration_scale, scene.options.clearance) == (0.5, 1.0, 0.0)
     at = dict(zip(robot.link_names, kinematics.frames(robot, np.zeros(2)).as_matrix()[:, :3, 3]))
     np.testing.assert_allclose(at["upper"], [0, 0, 0.9], atol=1e-12)  # lifted by 0.3
     np.testing.assert_allclose(at["left"], [0.9, 0.12, 0.9], atol=1e-12)  # opened by 0.02
@@ -272,3 +272,34 @@ def test_saved_as_a_scene_of_ours_it_is_the_same_problem(shared_data, tmp_path):
                 distance.signed(scene.robot, q, obstacles, self_collision=own),
                 atol=1e-12, err_msg=f"{name}, seed {seed}",
             )  # fmt: skip
+
+
+HELD = """robot_state:
+  joint_state: {name: [lift], position: [0.3]}
+  attached_collision_objects:
+    - {link_name: palm, touch_links: [left], object: {id: part, primitives: [{type: sphere, dimensions: [0.04]}],
+       primitive_poses: [{position: [0.12, 0, 0]}]}}
+allowed_collision_matrix: {entry_names: [part, wall, base, fore],
+                           entry_values: [[0, 1, 0, 0], [1, 0, 0, 0], [0, 0, 0, 1], [0, 0, 1, 0]]}
+"""
+
+
+def test_what_is_held_and_allowed_is_saved_with_it(folder):
+    place = folder / "scene0001.yaml"
+    place.write_text(HELD + SCENE[SCENE.index("world:") :])
+    scene = Scene.load(place, robot=folder / "lifter.urdf")
+    again = Scene.load(scene.save(folder / "mine.yaml"))
+    robot = again.robot
+    assert "part" in robot.link_names and ("part", "wall") in robot.allowed_obstacles
+    assert robot.pair_table == scene.robot.pair_table and robot.allowed_obstacles == scene.robot.allowed_obstacles
+    reasons = {frozenset((p.first, p.second)): p.reason for p in robot.pair_table if not p.checked}
+    assert "left" in {name for pair in reasons for name in pair if "part" in pair}
+    assert (
+        robot.content == scene.robot.content
+        and again.options == scene.options
+        and again.start.q.tolist() == [0.2, -0.4]
+    )
+    q = np.random.default_rng(3).uniform(-1.5, 1.5, (40, 2))
+    for other in ((), again.obstacles):
+        ours, theirs = (distance.signed(r, q, other, self_collision=not other) for r in (robot, scene.robot))
+        np.testing.assert_array_equal(ours, theirs)
