@@ -12,6 +12,7 @@ from horosphere.kinematics import GripperOnPlane, elbow_arcs, forward, frames, f
 from horosphere.kinematics._redundant import redundancy
 from horosphere.robots import Capsules, attach, humanoid_arm, load, srs_arm
 from horosphere.shapes import Ball, Box, Capsule, Cylinder, Ellipsoid, HalfSpace, Mesh, PointCloud
+from horosphere.versors import Motor
 
 DENSE = np.linspace(-np.pi, np.pi, 1201)[1:-1]
 
@@ -202,20 +203,57 @@ def test_every_q7_at_which_a_branch_exists_is_found():
         assert (exists == middle[cell - 1]).all()
 
 
-def test_the_roomiest_value_beats_dense_sampling():
-    robot, rng = load("panda"), np.random.default_rng(9)
-    q = rng.uniform(robot.limits.lower, robot.limits.upper)
-    target, balls = forward(robot, q), [Ball([0.3, 0.2, 0.5], 0.1)]
-    best = roomiest(robot, target, balls, 0.02)
-    assert best.q.shape == (8, 7) and best.residual[best.valid].max() < 1e-10
-    rows = inverse(robot, target, q7=DENSE)
-    for k in np.flatnonzero(best.valid):
-        both = np.concatenate([best.q[k : k + 1], rows.q[rows.valid[:, k], k]])
-        gaps = signed(robot, both, balls, static=False) - 0.02
-        margin = np.minimum(both - robot.limits.lower, robot.limits.upper - both).min(axis=-1)
-        room = np.minimum(margin, gaps / 0.1)
-        assert room[0] > room[1:].max() - 0.02
-        assert best.flags["free"][k] == (room[0] > 0.0)
+@pytest.mark.parametrize("name", ["panda", "iiwa"])
+def test_the_roomiest_value_beats_dense_sampling(name):
+    robot, parameter = CASES[name]()
+    rng = np.random.default_rng(9)
+    values, some = np.arange(-np.pi + 1e-9, np.pi, 5e-3), 0
+    for _ in range(4):
+        q = rng.uniform(robot.limits.lower, robot.limits.upper)
+        target = forward(robot, q)
+        obstacles = [o for o in every_kind(rng) if signed(robot, q, [o], static=False) > 0.01]
+        best = roomiest(robot, target, obstacles, 0.01, self_clearance=0.0)
+        assert best.q.shape == (8, 7) and best.residual[best.valid].max() < 1e-10
+        rows, rooms = inverse(robot, target, **{parameter: values}), np.full(8, -np.inf)
+        for k in np.flatnonzero(best.valid):
+            both = np.concatenate([best.q[k : k + 1], rows.q[rows.valid[:, k], k]])
+            gaps = signed(robot, both, obstacles, static=False) - 0.01
+            gaps = np.minimum(gaps, signed(robot, both, (), self_collision=True))
+            margin = np.minimum(both - robot.limits.lower, robot.limits.upper - both).min(axis=-1)
+            room = np.minimum(margin, gaps / 0.1)
+            rooms[k] = room[0]
+            assert room[0] > room[1:].max() - 0.02
+            assert best.flags["free"][k] == (room[0] > 0.0)
+        assert best.flags["best"].sum() == 1 and best.reason == ""
+        assert rooms[best.flags["best"]] == pytest.approx(rooms.max(), abs=1e-9)
+        some += best.flags["free"].sum()
+    assert some > 4
+
+
+def test_a_target_without_a_free_value_is_a_value_with_a_reason():
+    robot = load("panda")
+    target = forward(robot, [0.3, 0.4, 0.2, -1.9, 0.1, 2.2, 0.5])
+    blocked = roomiest(robot, target, [Ball(target.as_matrix()[:3, 3], 0.05)], 0.02)
+    assert blocked.valid.any() and not blocked.flags["free"].any() and not blocked.flags["best"].any()
+    assert "no branch is free" in blocked.reason and "from the obstacles" in blocked.reason
+    far = target.as_matrix()
+    far[:3, 3] *= 5.0
+    missed = roomiest(robot, Motor.from_matrix(far))
+    assert not missed.valid.any() and "out of reach" in missed.reason
+
+
+def test_a_narrow_gap_between_two_walls_is_found():
+    """Two balls leave less of the circle free than lies between the nodes of the search."""
+    robot = load("iiwa14")
+    target = forward(robot, [0.3, 0.7, 0.2, -1.4, 0.1, 1.1, 0.5])
+    elbow = lambda at: frames(robot, inverse(robot, target, psi=at).q[0]).as_matrix()[robot.chain[4], :3, 3]
+    for radius, narrow in ((0.055, 0.06), (0.06, 0.011), (0.061, 0.003), (0.063, 0.0)):
+        walls = [Ball(elbow(x), radius) for x in (-0.1, 0.1, 1.0, 2.0, 3.0, 4.0, 5.0)]
+        arcs, best = free_arcs(robot, target, walls), roomiest(robot, target, walls)
+        for k, arc in enumerate(arcs):
+            assert arc.width <= narrow and best.flags["free"][k] == (arc.width > 0.0)
+            assert arc.width == 0.0 or arc.contains(best.free[k])
+        assert any(len(arc.free) for arc in arcs) == (narrow > 0.0)
 
 
 def test_arcs_say_what_they_are_not_for():

@@ -45,13 +45,24 @@ def free_arcs(
 
     Where branches begin and end to exist is in closed form; the rest is sampled and proved between the samples, in float64 with
     a rounding slack: all of a returned arc is free. Parts that cannot be decided in pieces of `resolution` radians of joint motion
-    (at least 1e-6) count as not free: each end of an arc lies about that far inside, and a gap or an arc shorter than that may be
-    missed. A tenth of it costs three to four halvings more at each end, some 0.1 ms in all.
+    (at least 1e-6) count as not free: an arc may end that much early, and one shorter than that may be missed. A tenth of it
+    costs three to four halvings more at each end of an arc, a few per cent of the time.
     Our derivation, docs/inverse-kinematics.md. Raises InputError for a robot without redundancy and a batch of targets.
     """
     if not resolution >= 1e-6:
         raise InputError(f"expected a resolution of at least 1e-6 radians, got {resolution}", place="resolution")
-    one = redundancy(robot, target)
+    return proved_arcs(redundancy(robot, target), obstacles, clearance, self_clearance, limits, resolution)
+
+
+def proved_arcs(
+    one: Redundancy,
+    obstacles: Any,
+    clearance: float,
+    self_clearance: float | None,
+    limits: bool = True,
+    resolution: float = 1e-3,
+) -> tuple[Arcs, ...]:
+    """`free_arcs` of a redundancy."""
     room = _Room.of(one, obstacles, clearance, self_clearance, limits)
     words = "no value keeps this branch " + " and ".join(room.wishes)
     pieces = _Pieces.first(one)
