@@ -21,7 +21,7 @@ from ..kernels import jit
 from ..shapes._segment_kernels import inner
 
 OPEN, INSIDE, CROSSING, OUTSIDE, FREE, BLOCKED = 0, 1, 2, 3, 4, 5
-_ROUNDING = 2e-10  # how much of the task the closed form may miss at the ends
+_ROUNDING = 2e-9  # ten times what the closed form may miss of the task at the ends: 1 - a is 0.1 at least
 _WHOLE = 2.0 * math.pi
 
 

@@ -21,6 +21,7 @@ from ._redundant import Redundancy, redundancy
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 Integers = NDArray[np.int64]
+_POSE = 1e-9  # metres: how far closed forms may have the tool from its pose
 _FIRST = 4  # pieces of an interval to begin with
 _EDGE = 1e-5  # of theta: how near to the end of an interval its first piece begins
 _SHORTEST = np.array([1e-4, 1e-7])  # of theta: pieces with an end where the branch does not exist, and all others
@@ -65,11 +66,12 @@ def proved_arcs(
     """`free_arcs` of a redundancy."""
     room = _Room.of(one, obstacles, clearance, self_clearance, limits)
     words = "no value keeps this branch " + " and ".join(room.wishes)
-    pieces = _Pieces.first(one)
-    if len(pieces.low):
-        contact = room.contact_of_the_tool(pieces.a[0])
+    q, exists = one.rows(0.5 * (one.ends[1:] + one.ends[:-1]))
+    if exists.any():
+        contact = room.contact_of_the_tool(q[exists][0])
         if contact:
             return (Arcs(np.zeros((0, 2)), contact),) * one.branches
+    pieces = _Pieces.first(one, exists)
     free = []
     while len(pieces.low):
         centre = 0.5 * (pieces.low + pieces.high)
@@ -106,8 +108,8 @@ class _Pieces:
     ends: Bools
 
     @staticmethod
-    def first(one: Redundancy) -> _Pieces:
-        _, exists = one.rows(0.5 * (one.ends[1:] + one.ends[:-1]))
+    def first(one: Redundancy, exists: Bools) -> _Pieces:
+        """All pieces to begin with; exists (intervals, branches)."""
         nodes = np.linspace(_EDGE, np.pi - _EDGE, _FIRST + 1)
         nodes = np.array([[*nodes[:-1], np.pi - _EDGE], [*nodes[1:], np.pi + _EDGE]])
         interval, branch = np.nonzero(exists)
@@ -177,7 +179,7 @@ class _Room:
         if touch is None:
             touch = np.zeros((len(body.capsules), len(solids.rows)), bool)
         held = body.frames == (one.path[-1] if one.holds_tool else -2)
-        slack = rounding_slack(body.constants, body.capsules, solids, np.full(1, np.pi))
+        slack = rounding_slack(body.constants, body.capsules, solids, np.full(1, np.pi)) + _POSE
         unlimited = np.full(robot.n_joints, np.inf)
         wishes = ["inside the joint limits" if limits else "within reach"]
         if len(solids.rows):
