@@ -5,86 +5,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import structured_arms as arms
+from arc_cases import CASES, every_kind, target_of, witnessed
 
 from horosphere.distance import signed
 from horosphere.errors import InputError
-from horosphere.kinematics import GripperOnPlane, elbow_arcs, forward, frames, free_arcs, inverse, limit_arcs, roomiest
+from horosphere.kinematics import elbow_arcs, forward, frames, free_arcs, inverse, limit_arcs, roomiest
 from horosphere.kinematics._redundant import redundancy
 from horosphere.robots import Capsules, attach, humanoid_arm, load, srs_arm
-from horosphere.shapes import Ball, Box, Capsule, Cylinder, Ellipsoid, HalfSpace, Mesh, PointCloud
+from horosphere.shapes import Ball, Box, HalfSpace, PointCloud
+from horosphere.versors import Motor
 
 DENSE = np.linspace(-np.pi, np.pi, 1201)[1:-1]
-
-
-def with_bodies(name, arm):
-    """The arm with one capsule a link, from each joint to the next where that is within 0.6 m."""
-    robot = arms.robot(name, arm, 2.6)
-    points = np.array(arm[1], float)
-    link, b = zip(
-        *[(k + 1, points[k + 1] - points[k]) for k in range(6) if np.linalg.norm(points[k + 1] - points[k]) > 0.02]
-    )
-    zeros = np.zeros((len(link), 3))
-    return replace(robot, capsules=Capsules(np.array(link), zeros, np.array(b), np.full(len(link), 0.04)))
-
-
-CASES = {
-    "panda": lambda: (load("panda"), "q7"),
-    "iiwa": lambda: (load("iiwa14"), "psi"),
-    "humanoid": lambda: (humanoid_arm(), "phi"),
-    "elbow offset": lambda: (with_bodies("offset", arms.OFFSET_SRS), "psi"),
-    "xarm7": lambda: (with_bodies("xarm7", arms.XARM7), "q7"),
-    "reversed": lambda: (with_bodies("reversed", arms.XARM7_REVERSED), "q1"),
-}
-
-
-def target_of(robot, q, rng):
-    pose = forward(robot, q)
-    if robot.n_joints != 5:
-        return pose
-    T = pose.as_matrix()
-    return GripperOnPlane(T[:3, 3], np.cross(T[:3, 1], rng.normal(size=3)))
-
-
-def every_kind(rng):
-    """A scene with an obstacle of every kind, some of them small, the floor below the arm."""
-    at = lambda: rng.uniform([-0.7, -0.7, 0.0], [0.7, 0.7, 1.0])
-    turn = np.linalg.qr(rng.normal(size=(3, 3)))[0]
-    turn *= np.linalg.det(turn)
-    a, b, corner = at(), at(), at()
-    vertices = corner + 0.12 * np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
-    faces = np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
-    return [
-        Ball(at(), rng.uniform(0.03, 0.1)),
-        Capsule(a, a + rng.uniform(-0.2, 0.2, 3), 0.03),
-        Cylinder(b, b + rng.uniform(-0.2, 0.2, 3), 0.05),
-        Box(at(), rng.uniform(0.03, 0.12, 3), turn),
-        Ellipsoid(at(), rng.uniform(0.03, 0.1, 3), turn),
-        HalfSpace([0.05, 0.02, 1.0], -0.4),
-        Mesh(vertices, faces),
-        PointCloud(at() + rng.uniform(-0.1, 0.1, (20, 3)), 0.01),
-        PointCloud(at() + rng.uniform(-0.1, 0.1, (90, 3)), 0.01),
-    ]
-
-
-def witnessed(robot, parameter, target, obstacles, arcs, values, clearance, own=None, margin=0.0):
-    """Dense sampling with the distance layer: what is said to be free and is not; what is free with `margin`, and found."""
-    rows = inverse(robot, target, **{parameter: values})
-    inside, false, free, found = rows.within_limits(robot), 0, 0, 0
-    for k, arc in enumerate(arcs):
-        said = arc.contains(values)
-        false += int((said & ~inside[:, k]).sum())
-        look = np.flatnonzero(inside[:, k])
-        if not len(look):
-            continue
-        q = rows.q[look, k]
-        room = np.minimum(q - robot.limits.lower, robot.limits.upper - q).min(axis=-1)
-        gap = signed(robot, q, obstacles, static=False) - clearance
-        if own is not None:
-            gap = np.minimum(gap, signed(robot, q, (), self_collision=True) - own)
-        false += int((said[look] & (gap < 0.0)).sum())
-        good = (room > margin) & (gap > margin)
-        free, found = free + int(good.sum()), found + int((good & said[look]).sum())
-    return false, free, found
 
 
 @pytest.mark.parametrize(
@@ -202,20 +133,57 @@ def test_every_q7_at_which_a_branch_exists_is_found():
         assert (exists == middle[cell - 1]).all()
 
 
-def test_the_roomiest_value_beats_dense_sampling():
-    robot, rng = load("panda"), np.random.default_rng(9)
-    q = rng.uniform(robot.limits.lower, robot.limits.upper)
-    target, balls = forward(robot, q), [Ball([0.3, 0.2, 0.5], 0.1)]
-    best = roomiest(robot, target, balls, 0.02)
-    assert best.q.shape == (8, 7) and best.residual[best.valid].max() < 1e-10
-    rows = inverse(robot, target, q7=DENSE)
-    for k in np.flatnonzero(best.valid):
-        both = np.concatenate([best.q[k : k + 1], rows.q[rows.valid[:, k], k]])
-        gaps = signed(robot, both, balls, static=False) - 0.02
-        margin = np.minimum(both - robot.limits.lower, robot.limits.upper - both).min(axis=-1)
-        room = np.minimum(margin, gaps / 0.1)
-        assert room[0] > room[1:].max() - 0.02
-        assert best.flags["free"][k] == (room[0] > 0.0)
+@pytest.mark.parametrize("name", ["panda", "iiwa"])
+def test_the_roomiest_value_beats_dense_sampling(name):
+    robot, parameter = CASES[name]()
+    rng = np.random.default_rng(9)
+    values, some = np.arange(-np.pi + 1e-9, np.pi, 5e-3), 0
+    for _ in range(4):
+        q = rng.uniform(robot.limits.lower, robot.limits.upper)
+        target = forward(robot, q)
+        obstacles = [o for o in every_kind(rng) if signed(robot, q, [o], static=False) > 0.01]
+        best = roomiest(robot, target, obstacles, 0.01, self_clearance=0.0)
+        assert best.q.shape == (8, 7) and best.residual[best.valid].max() < 1e-10
+        rows, rooms = inverse(robot, target, **{parameter: values}), np.full(8, -np.inf)
+        for k in np.flatnonzero(best.valid):
+            both = np.concatenate([best.q[k : k + 1], rows.q[rows.valid[:, k], k]])
+            gaps = signed(robot, both, obstacles, static=False) - 0.01
+            gaps = np.minimum(gaps, signed(robot, both, (), self_collision=True))
+            margin = np.minimum(both - robot.limits.lower, robot.limits.upper - both).min(axis=-1)
+            room = np.minimum(margin, gaps / 0.1)
+            rooms[k] = room[0]
+            assert room[0] > room[1:].max() - 0.02
+            assert best.flags["free"][k] == (room[0] > 0.0)
+        assert best.flags["best"].sum() == 1 and best.reason == ""
+        assert rooms[best.flags["best"]] == pytest.approx(rooms.max(), abs=1e-9)
+        some += best.flags["free"].sum()
+    assert some > 4
+
+
+def test_a_target_without_a_free_value_is_a_value_with_a_reason():
+    robot = load("panda")
+    target = forward(robot, [0.3, 0.4, 0.2, -1.9, 0.1, 2.2, 0.5])
+    blocked = roomiest(robot, target, [Ball(target.as_matrix()[:3, 3], 0.05)], 0.02)
+    assert blocked.valid.any() and not blocked.flags["free"].any() and not blocked.flags["best"].any()
+    assert "no branch is free" in blocked.reason and "from the obstacles" in blocked.reason
+    far = target.as_matrix()
+    far[:3, 3] *= 5.0
+    missed = roomiest(robot, Motor.from_matrix(far))
+    assert not missed.valid.any() and "out of reach" in missed.reason
+
+
+def test_a_narrow_gap_between_two_walls_is_found():
+    """Two balls leave less of the circle free than lies between the nodes of the search."""
+    robot = load("iiwa14")
+    target = forward(robot, [0.3, 0.7, 0.2, -1.4, 0.1, 1.1, 0.5])
+    elbow = lambda at: frames(robot, inverse(robot, target, psi=at).q[0]).as_matrix()[robot.chain[4], :3, 3]
+    for radius, narrow in ((0.055, 0.06), (0.06, 0.011), (0.061, 0.003), (0.063, 0.0)):
+        walls = [Ball(elbow(x), radius) for x in (-0.1, 0.1, 1.0, 2.0, 3.0, 4.0, 5.0)]
+        arcs, best = free_arcs(robot, target, walls), roomiest(robot, target, walls)
+        for k, arc in enumerate(arcs):
+            assert arc.width <= narrow and best.flags["free"][k] == (arc.width > 0.0)
+            assert arc.width == 0.0 or arc.contains(best.free[k])
+        assert any(len(arc.free) for arc in arcs) == (narrow > 0.0)
 
 
 def test_arcs_say_what_they_are_not_for():

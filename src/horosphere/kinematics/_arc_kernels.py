@@ -21,13 +21,41 @@ from ..kernels import jit
 from ..shapes._segment_kernels import inner
 
 OPEN, INSIDE, CROSSING, OUTSIDE, FREE, BLOCKED = 0, 1, 2, 3, 4, 5
-_ROUNDING = 2e-10  # how much of the task the closed form may miss at the ends
+_ROUNDING = 2e-9  # ten times what the closed form may miss of the task at the ends: 1 - a is 0.1 at least
 _WHOLE = 2.0 * math.pi
 
 
 @inner
 def cross(ax, ay, az, bx, by, bz):
     return ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+
+
+@inner
+def plus(x, s, a, b):
+    """x + s a x b."""
+    return (
+        x[0] + s * (a[1] * b[2] - a[2] * b[1]),
+        x[1] + s * (a[2] * b[0] - a[0] * b[2]),
+        x[2] + s * (a[0] * b[1] - a[1] * b[0]),
+    )
+
+
+@inner
+def dot(a, b):
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+@inner
+def row(W, j, k):
+    return W[j, k], W[j, k + 1], W[j, k + 2]
+
+
+@inner
+def moved(w, dw, dx, ddx, arm):
+    """First and second rate of a point at `arm` from one that has the rates dx, ddx, on a body that turns at w, w rising by dw."""
+    zero = (0.0, 0.0, 0.0)
+    across = plus(zero, 1.0, w, arm)
+    return plus(dx, 1.0, w, arm), plus(plus(ddx, 1.0, dw, arm), 1.0, w, across)
 
 
 @inner
@@ -41,54 +69,60 @@ def turned(T, k, x, y, z):
 
 
 @inner
-def task_at(T, C, path, tool, normal, span, d, M, W, E):
-    """Df (m, n) into M and D2f(d, .) into E (m, n) at the frames T; returns the Frobenius norm of D2f.
+def task_at(T, C, path, tool, normal, span, d, M, E, D, W):
+    """Df, D2f(d, .), D3f(d, d, .) into M, E, D (m rows) at the frames T; returns the Frobenius norm of D2f.
 
-    f: the rotation vector of the tool from its orientation here, to second order (or, where `normal` is not zero, the part of
-    the tool's direction along it), then the tool point over `span`. Columns in the order of the joints along `path`.
-    tool (6,): point and direction in the last frame. W (n, 6) is working memory.
+    f: the rotation vector of the tool from its orientation here (the skew part of R R0^T; or, where `normal` is not zero, the
+    part of the tool's direction along it), then the tool point over `span`. Columns in the order of the joints along `path`.
+    tool (6,): point and direction in the last frame. W (n, 15) is working memory: axis and its two rates, two rates of its point.
     """
     n, last = path.shape[0], path[path.shape[0] - 1]
-    px, py, pz = turned(T, last, tool[0], tool[1], tool[2])
-    px, py, pz = px + T[last, 9], py + T[last, 10], pz + T[last, 11]
-    gx, gy, gz = turned(T, last, tool[3], tool[4], tool[5])
-    nx, ny, nz = normal[0], normal[1], normal[2]
-    flat = nx != 0.0 or ny != 0.0 or nz != 0.0
-    low = 1 if flat else 3
+    zero = (0.0, 0.0, 0.0)
+    w, dw, dx, ddx = zero, zero, zero, zero  # of the body that carries the joint, while the joints run along d
     for j in range(n):
         k = path[j]
-        wx, wy, wz = C[k, 12] * T[k, 2], C[k, 12] * T[k, 5], C[k, 12] * T[k, 8]
-        vx, vy, vz = cross(wx / span, wy / span, wz / span, px - T[k, 9], py - T[k, 10], pz - T[k, 11])
-        W[j, 0], W[j, 1], W[j, 2], W[j, 3], W[j, 4], W[j, 5] = wx, wy, wz, vx, vy, vz
+        if j > 0:
+            b = path[j - 1]
+            arm = T[k, 9] - T[b, 9], T[k, 10] - T[b, 10], T[k, 11] - T[b, 11]
+            dx, ddx = moved(w, dw, dx, ddx, arm)
+        u = C[k, 12] * T[k, 2], C[k, 12] * T[k, 5], C[k, 12] * T[k, 8]
+        du, ddu = moved(w, dw, zero, zero, u)
+        for r in range(3):
+            W[j, r], W[j, 3 + r], W[j, 6 + r], W[j, 9 + r], W[j, 12 + r] = u[r], du[r], ddu[r], dx[r], ddx[r]
+        w = w[0] + d[j] * u[0], w[1] + d[j] * u[1], w[2] + d[j] * u[2]
+        dw = dw[0] + d[j] * du[0], dw[1] + d[j] * du[1], dw[2] + d[j] * du[2]
+    offset, g = turned(T, last, tool[0], tool[1], tool[2]), turned(T, last, tool[3], tool[4], tool[5])
+    dx, ddx = moved(w, dw, dx, ddx, offset)
+    dg, ddg = moved(w, dw, zero, zero, g)
+    n_ = normal[0], normal[1], normal[2]
+    flat = dot(n_, n_) > 0.0
+    low, total = 1 if flat else 3, 0.0
+    for j in range(n):
+        k = path[j]
+        u, du, ddu = row(W, j, 0), row(W, j, 3), row(W, j, 6)
+        a = offset[0] + T[last, 9] - T[k, 9], offset[1] + T[last, 10] - T[k, 10], offset[2] + T[last, 11] - T[k, 11]
+        da, dda = (dx[0] - W[j, 9], dx[1] - W[j, 10], dx[2] - W[j, 11]), (ddx[0] - W[j, 12], ddx[1] - W[j, 13], ddx[2] - W[j, 14])
+        v = plus(zero, 1.0 / span, u, a)
+        dv = plus(plus(zero, 1.0 / span, u, da), 1.0 / span, du, a)
+        ddv = plus(plus(plus(zero, 1.0 / span, u, dda), 2.0 / span, du, da), 1.0 / span, ddu, a)
+        for i in range(j + 1):
+            wi, twice = row(W, i, 0), 1.0 if i == j else 2.0
+            along, turn = dot(wi, v), dot(wi, u)
+            total += twice * (dot(v, v) - along * along)
+            total += twice if flat else twice * 0.25 * (1.0 - turn * turn)
         if flat:
-            ax, ay, az = cross(wx, wy, wz, gx, gy, gz)
-            M[0, j] = nx * ax + ny * ay + nz * az
+            M[0, j] = dot(n_, plus(zero, 1.0, u, g))
+            E[0, j] = dot(n_, plus(plus(zero, 1.0, u, dg), 1.0, du, g))
+            D[0, j] = dot(n_, plus(plus(plus(zero, 1.0, u, ddg), 2.0, du, dg), 1.0, ddu, g))
         else:
-            M[0, j], M[1, j], M[2, j] = wx, wy, wz
-        M[low, j], M[low + 1, j], M[low + 2, j] = vx, vy, vz
-        for r in range(low + 3):
-            E[r, j] = 0.0
-    total = 0.0
-    for i in range(n):
-        wx, wy, wz = W[i, 0], W[i, 1], W[i, 2]
-        for j in range(i, n):
-            if flat:
-                ax, ay, az = cross(W[j, 0], W[j, 1], W[j, 2], gx, gy, gz)
-                ax, ay, az = cross(wx, wy, wz, ax, ay, az)
-                ax, ay, az = nx * ax + ny * ay + nz * az, 0.0, 0.0
-            else:
-                ax, ay, az = cross(0.5 * wx, 0.5 * wy, 0.5 * wz, W[j, 0], W[j, 1], W[j, 2])
-            bx, by, bz = cross(wx, wy, wz, W[j, 3], W[j, 4], W[j, 5])
-            total += (1.0 if i == j else 2.0) * (ax * ax + ay * ay + az * az + bx * bx + by * by + bz * bz)
-            for side in range(1 if i == j else 2):
-                c, f = (j, d[i]) if side == 0 else (i, d[j])
-                E[0, c] += f * ax
-                if not flat:
-                    E[1, c] += f * ay
-                    E[2, c] += f * az
-                E[low, c] += f * bx
-                E[low + 1, c] += f * by
-                E[low + 2, c] += f * bz
+            # a rotation's rate w counts as (w tr Q - Q w) / 2 in f, Q = R R0^T = 1 + s w^ + s^2 (dw^ + w^ w^) / 2
+            ddu = plus(plus(plus(ddu, -1.0, w, du), -0.5, dw, u), -0.5, w, plus(zero, 1.0, w, u))
+            du = plus(du, -0.5, w, u)
+            f = dot(w, w)
+            for r in range(3):
+                M[r, j], E[r, j], D[r, j] = u[r], du[r], ddu[r] - f * u[r]
+        for r in range(3):
+            M[low + r, j], E[low + r, j], D[low + r, j] = v[r], dv[r], ddv[r]
     return math.sqrt(total)
 
 
@@ -127,62 +161,81 @@ def right_inverse(M, N):
 
 
 @inner
-def third_order(d, half, r, levers, span):
-    """A bound of |D3f(x, x, .)| / 2 (Frobenius) for x = s d + y, |s| <= half, |y| <= r.
+def rest(d, half, r, levers, span):
+    """A bound (Frobenius) of Df(q0 + s d + y) - Df(q0) - D2f(s d + y, .) - s^2 D3f(d, d, .) / 2 for |s| <= half, |y| <= r.
 
-    In the rotation a third derivative is at most 1, in the point at most the lever of the outermost of its three joints.
+    Third derivatives with y in them, and fourth ones: in the rotation at most 1, in the point the lever of the outermost joint.
     """
-    total = 0.0
-    for k in range(d.shape[0]):
+    n = d.shape[0]
+    along, off, total = 0.0, math.sqrt(float(n)) * r, 0.0
+    for j in range(n):
+        along += half * abs(d[j])
+    third = (along + 0.5 * off) * off
+    for k in range(n):
         value, sum_ = 0.0, 0.0
-        for j in range(d.shape[0]):
+        for j in range(n):
             more = sum_ + half * abs(d[j]) + r
-            value += (more * more - sum_ * sum_) * levers[max(j, k)]
+            value += (more * more * more - sum_ * sum_ * sum_) * levers[max(j, k)]
             sum_ = more
-        total += sum_**4 + (value / span) ** 2
-    return 0.5 * math.sqrt(total)
+        a, b = third + sum_ * sum_ * sum_ / 6.0, (third * levers[k] + value / 6.0) / span
+        total += a * a + b * b
+    return math.sqrt(total)
 
 
 @inner
-def tube(M, N, E, d, slope, long, curved, levers, span):
+def shrunk(N, E, d):
+    """Frobenius norm of N E, and the length of N E d."""
+    n, m = N.shape
+    total, along = 0.0, 0.0
+    for i in range(n):
+        t = 0.0
+        for j in range(n):
+            y = 0.0
+            for c in range(m):
+                y += N[i, c] * E[c, j]
+            total += y * y
+            t += y * d[j]
+        along += t * t
+    return math.sqrt(total), math.sqrt(along)
+
+
+@inner
+def tube(M, N, E, D, d, slope, long, curved, levers, span):
     """(r, reach): radius in which the level set is one curve, and how far that is from the chord at most; infinite if not proved.
 
-    M (n, n), E (m, n): Df with d as last row, and D2f(d, .), in the order of the joints of d; M, N (n, m), slope (m,) are spent.
+    M (n, n), E, D (m, n): Df with d as last row, D2f(d, .), D3f(d, d, .), in the order of the joints of d; M, N (n, m), slope (m,)
+    are spent.
     """
     n, m = N.shape
     half = 0.5 * long
-    b0, turn, bend, norm = 0.0, 0.0, 0.0, 0.0
     for c in range(m):
         slope[c] = 0.0
         for j in range(n):
             slope[c] += M[c, j] * d[j]
     if not right_inverse(M, N):
         return math.inf, math.inf
+    norm, b0 = 0.0, 0.0
     for i in range(n):
-        s, t = 0.0, 0.0
+        s = 0.0
         for c in range(m):
             norm += N[i, c] * N[i, c]
             s += N[i, c] * slope[c]
-        for j in range(n):
-            y = 0.0
-            for c in range(m):
-                y += N[i, c] * E[c, j]
-            bend += y * y
-            t += y * d[j]
         b0 += s * s
-        turn += t * t
-    norm, bend, b0 = math.sqrt(norm), math.sqrt(bend), math.sqrt(b0) + half * math.sqrt(turn)
+    norm = math.sqrt(norm)
+    bend, turn = shrunk(N, E, d)
+    bend3, turn3 = shrunk(N, D, d)
+    a0, b0 = half * (bend + 0.5 * half * bend3), math.sqrt(b0) + half * (turn + 0.5 * half * turn3)
     rounding = norm * _ROUNDING
     r = 1.2 * long * b0 + rounding
     for _ in range(4):
-        rest = norm * third_order(d, half, r, levers, span)
-        a = half * bend + norm * curved * r + rest
+        more = norm * rest(d, half, r, levers, span)
+        a = a0 + norm * curved * r + more
         if not a < 0.9:
             break
-        rise = (b0 + bend * r + rest) / (1.0 - a)
+        rise = (b0 + bend * r + more) / (1.0 - a)
         if long * rise + rounding <= r:
             return r, half * rise + rounding
-        r = 1.3 * (long * rise + rounding)
+        r = 1.2 * (long * rise + rounding)
     return math.inf, math.inf
 
 
@@ -204,7 +257,8 @@ def enclose(J, C, L, K, path, tool, normal, span, levers, lower, upper, A, B, be
     """
     n = A.shape[1]
     T, X = np.empty((J.shape[0], 12)), np.empty((L.shape[0], 7))
-    M, N, E, W = np.empty((n, n)), np.empty((n, n - 1)), np.empty((n - 1, n)), np.empty((n, 6))
+    M, N, E, D = np.empty((n, n)), np.empty((n, n - 1)), np.empty((n - 1, n)), np.empty((n - 1, n))
+    W = np.empty((n, 15))
     d, slope, at = np.empty(n), np.empty(n - 1), np.empty(n, np.int64)
     for j in range(n):
         at[j] = J[path[j], 2]
@@ -222,10 +276,10 @@ def enclose(J, C, L, K, path, tool, normal, span, levers, lower, upper, A, B, be
         for j in range(n):
             d[j] = 2.0 * half[b, at[j]] / long
         place(J, C, L[:0], K, q, T, X)
-        curved = task_at(T, C, path, tool, normal, span, d, M, W, E)
+        curved = task_at(T, C, path, tool, normal, span, d, M, E, D, W)
         for j in range(n):
             M[n - 1, j] = d[j]
-        r, reach[b] = tube(M, N, E, d, slope, long, curved, levers, span)
+        r, reach[b] = tube(M, N, E, D, d, slope, long, curved, levers, span)
         along, off = 0.0, 0.0
         for j in range(n):
             step = between[b, at[j]] - q[at[j]]

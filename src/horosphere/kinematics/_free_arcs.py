@@ -21,6 +21,7 @@ from ._redundant import Redundancy, redundancy
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 Integers = NDArray[np.int64]
+_POSE = 1e-9  # metres: how far closed forms may have the tool from its pose
 _FIRST = 4  # pieces of an interval to begin with
 _EDGE = 1e-5  # of theta: how near to the end of an interval its first piece begins
 _SHORTEST = np.array([1e-4, 1e-7])  # of theta: pieces with an end where the branch does not exist, and all others
@@ -45,20 +46,32 @@ def free_arcs(
 
     Where branches begin and end to exist is in closed form; the rest is sampled and proved between the samples, in float64 with
     a rounding slack: all of a returned arc is free. Parts that cannot be decided in pieces of `resolution` radians of joint motion
-    (at least 1e-6) count as not free: each end of an arc lies about that far inside, and a gap or an arc shorter than that may be
-    missed. A tenth of it costs three to four halvings more at each end, some 0.1 ms in all.
+    (at least 1e-6) count as not free: an arc may end that much early, and one shorter than that may be missed. A tenth of it
+    costs three to four halvings more at each end of an arc, a few per cent of the time.
     Our derivation, docs/inverse-kinematics.md. Raises InputError for a robot without redundancy and a batch of targets.
     """
     if not resolution >= 1e-6:
         raise InputError(f"expected a resolution of at least 1e-6 radians, got {resolution}", place="resolution")
-    one = redundancy(robot, target)
+    return proved_arcs(redundancy(robot, target), obstacles, clearance, self_clearance, limits, resolution)
+
+
+def proved_arcs(
+    one: Redundancy,
+    obstacles: Any,
+    clearance: float,
+    self_clearance: float | None,
+    limits: bool = True,
+    resolution: float = 1e-3,
+) -> tuple[Arcs, ...]:
+    """`free_arcs` of a redundancy."""
     room = _Room.of(one, obstacles, clearance, self_clearance, limits)
     words = "no value keeps this branch " + " and ".join(room.wishes)
-    pieces = _Pieces.first(one)
-    if len(pieces.low):
-        contact = room.contact_of_the_tool(pieces.a[0])
+    q, exists = one.rows(0.5 * (one.ends[1:] + one.ends[:-1]))
+    if exists.any():
+        contact = room.contact_of_the_tool(q[exists][0])
         if contact:
             return (Arcs(np.zeros((0, 2)), contact),) * one.branches
+    pieces = _Pieces.first(one, exists)
     free = []
     while len(pieces.low):
         centre = 0.5 * (pieces.low + pieces.high)
@@ -95,8 +108,8 @@ class _Pieces:
     ends: Bools
 
     @staticmethod
-    def first(one: Redundancy) -> _Pieces:
-        _, exists = one.rows(0.5 * (one.ends[1:] + one.ends[:-1]))
+    def first(one: Redundancy, exists: Bools) -> _Pieces:
+        """All pieces to begin with; exists (intervals, branches)."""
         nodes = np.linspace(_EDGE, np.pi - _EDGE, _FIRST + 1)
         nodes = np.array([[*nodes[:-1], np.pi - _EDGE], [*nodes[1:], np.pi + _EDGE]])
         interval, branch = np.nonzero(exists)
@@ -166,7 +179,7 @@ class _Room:
         if touch is None:
             touch = np.zeros((len(body.capsules), len(solids.rows)), bool)
         held = body.frames == (one.path[-1] if one.holds_tool else -2)
-        slack = rounding_slack(body, solids, np.full((1, robot.n_joints), 2.0 * np.pi))
+        slack = rounding_slack(body, solids, np.full((1, robot.n_joints), 2.0 * np.pi)) + _POSE
         unlimited = np.full(robot.n_joints, np.inf)
         wishes = ["inside the joint limits" if limits else "within reach"]
         if len(solids.rows):

@@ -11,7 +11,7 @@ from ..distance import signed
 from ..errors import InputError
 from ._arcs import Arcs
 from ._classify import classify
-from ._free_arcs import free_arcs
+from ._free_arcs import proved_arcs
 from ._inverse import inverse
 from ._redundant import redundancy
 from ._solutions import IkSolutions
@@ -41,8 +41,8 @@ def roomiest(
     """
     if not metres_per_radian > 0.0:
         raise InputError(f"expected a positive number, got {metres_per_radian}", place="metres_per_radian")
-    arcs = free_arcs(robot, target, obstacles, clearance, self_clearance=self_clearance)
     one = redundancy(robot, target)
+    arcs = proved_arcs(one, obstacles, clearance, self_clearance)
     pick = np.arange(one.branches)
 
     def margins(q: Floats) -> Floats:
