@@ -1,4 +1,4 @@
-"""The strict reading of the 5-DOF arm finds every root phi, against plane trigonometry on a grid of 1e-5 rad, near and double roots."""
+"""The strict reading of the 5-DOF arm finds every root phi: plane trigonometry on a grid of 1e-5 rad, near and double roots."""
 
 from functools import partial
 

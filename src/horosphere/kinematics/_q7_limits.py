@@ -1,14 +1,15 @@
-"""Where a joint of a sew7 arm stands at a limit, as a function of the last angle t = q7: roots of trigonometric polynomials. Our derivation.
+"""Where a joint of a sew7 arm stands at a limit, as a function of the last angle t = q7: roots of polynomials. Our derivation.
 
-With u the vector from the wrist W to the shoulder S, |u|^2 and u . n6 are of first degree in t, and in q4; A + B cos q4 + C sin q4 = |u|^2
-ties the two. Then
-  q4 = m is of degree 1 in t (2 roots);
-  q5 = m: n6 . turn(n5, -m) u is of first degree in q4 and equals u . n6, and q6 = m: n5 . u is of first degree in q4 and equals
-    n5 . turn(n6, m) u of first degree in t. Both are two linear equations in cos q4, sin q4, so cos^2 + sin^2 = 1 is of degree 2 (4 roots);
-  q1, q2, q3 = m are a . R3 b = k with R3 the rotation of link 3: two elbows and two wrists give four values, with square roots of
-    first and second degree polynomials nested. Their product times (S to axis 5)^2 for each elbow and |n6 x u|^4 has degree 16 and the
-    factor |n6 x u|^4 (S to axis 5)^2 (S to axis 5)'^2; the rest is of degree 8 (16 roots). The degree was found by counting: it is what
-    the product's Fourier series says for random arms (a test holds it).
+With u the vector from the wrist W to the shoulder S, |u|^2 and u . n6 are of first degree in t, and in q4; A + B cos q4 + C sin q4 =
+|u|^2 ties the two. "Degree" is that of a trigonometric polynomial; it has twice as many roots.
+
+- q4 = m is of degree 1 in t.
+- q5 = m: n6 . turn(n5, -m) u is of degree 1 in q4 and equals u . n6; q6 = m: n5 . u is of degree 1 in q4 and equals
+  n5 . turn(n6, m) u, of degree 1 in t. Each time two linear equations in cos q4, sin q4, so cos^2 + sin^2 = 1 is of degree 2 in t.
+- q1, q2, q3 = m are a . R3 b = k with R3 the rotation of link 3. Two elbows and two wrists give four values, with nested square
+  roots of polynomials. With s the distance of S to axis 5 (s' of the other elbow) and v = n6 x u, their product times s^4 s'^4 |v|^8
+  is a polynomial, of degree 16; it has the factor s^2 s'^2 |v|^4, and what is left is of degree 8. This degree was not proved but
+  counted, by the Fourier series of the product for random arms and poses (`tests/kinematics/test_q7_limits.py`).
 """
 
 from __future__ import annotations
