@@ -42,7 +42,7 @@ def test_another_value_of_the_redundancy_is_named(name, parameter):
     words = found.explain(robot, pose)
     assert words.startswith(f"inside the joint limits at other values of {parameter} only: the widest interval is ")
     low, high = (np.radians(float(x)) for x in re.search(r"is (-?[0-9.]+) to (-?[0-9.]+) deg", words).groups())
-    row = [k for k in range(8) if found.name(k) in words][0]
+    row = next(k for k in range(8) if found.name(k) in words)
     inside = inverse(robot, pose, **{parameter: np.linspace(low + 1e-6, high - 1e-6, 9)}).within_limits(robot)
     assert high > low and inside[:, row].all()
 
