@@ -31,6 +31,22 @@ def test_limits_that_leave_nothing_name_branch_and_joint():
     assert inverse(free, pose).explain(free, pose) == ""
 
 
+@pytest.mark.parametrize("name, parameter", [("panda", "q7"), ("iiwa14", "psi")])
+def test_another_value_of_the_redundancy_is_named(name, parameter):
+    robot = load(name)
+    pose = forward(robot, np.array([0.4, 0.5, -0.3, -1.8, 0.4, 1.6, 0.6]))
+    values = np.linspace(-2.8, 2.8, 200)
+    rows = inverse(robot, pose, **{parameter: values})
+    bad = values[~rows.within_limits(robot).any(axis=-1)][0]
+    found = inverse(robot, pose, **{parameter: bad})
+    words = found.explain(robot, pose)
+    assert words.startswith(f"inside the joint limits at other values of {parameter} only: the widest interval is ")
+    low, high = (np.radians(float(x)) for x in re.search(r"is (-?[0-9.]+) to (-?[0-9.]+) deg", words).groups())
+    row = next(k for k in range(8) if found.name(k) in words)
+    inside = inverse(robot, pose, **{parameter: np.linspace(low + 1e-6, high - 1e-6, 9)}).within_limits(robot)
+    assert high > low and inside[:, row].all()
+
+
 def test_a_point_that_the_humanoid_arm_cannot_reach():
     arm, target = humanoid_arm(), GripperOnPlane([2.0, 0, 0], [0, 1, 0])
     assert "m away" in inverse(arm, target).explain(arm, target)

@@ -101,7 +101,10 @@ def task_at(T, C, path, tool, normal, span, d, M, E, D, W):
         k = path[j]
         u, du, ddu = row(W, j, 0), row(W, j, 3), row(W, j, 6)
         a = offset[0] + T[last, 9] - T[k, 9], offset[1] + T[last, 10] - T[k, 10], offset[2] + T[last, 11] - T[k, 11]
-        da, dda = (dx[0] - W[j, 9], dx[1] - W[j, 10], dx[2] - W[j, 11]), (ddx[0] - W[j, 12], ddx[1] - W[j, 13], ddx[2] - W[j, 14])
+        da, dda = (
+            (dx[0] - W[j, 9], dx[1] - W[j, 10], dx[2] - W[j, 11]),
+            (ddx[0] - W[j, 12], ddx[1] - W[j, 13], ddx[2] - W[j, 14]),
+        )
         v = plus(zero, 1.0 / span, u, a)
         dv = plus(plus(zero, 1.0 / span, u, da), 1.0 / span, du, a)
         ddv = plus(plus(plus(zero, 1.0 / span, u, dda), 2.0 / span, du, da), 1.0 / span, ddu, a)

@@ -18,9 +18,32 @@ def explain(found: IkSolutions, robot: Any, target: Any) -> str:
         )
     if found.within_limits(robot).any():
         return ""
+    elsewhere = _at_another_redundancy(found, robot, target)
+    if elsewhere:
+        return elsewhere
     if found.valid.any():
         return f"{_outside_limits(found, robot)}; {nearest_pose(robot, target)}"
     return f"{found.reason}; {nearest_pose(robot, target)}"
+
+
+def _at_another_redundancy(found: IkSolutions, robot: Any, target: Any) -> str:
+    """Where a 7-joint arm is inside its limits at other values of its redundancy (`limit_arcs`): the widest interval, or ""."""
+    from ..entities import Point
+    from ._classify import classify
+    from ._redundancy import limit_arcs
+
+    structure = classify(robot)
+    if structure.parameter not in ("psi", "q7", "q1") or isinstance(target, Point):
+        return ""
+    arcs = [arc.joined() for arc in limit_arcs(robot, target)]
+    row = int(np.argmax([(arc[:, 1] - arc[:, 0]).max(initial=0.0) for arc in arcs]))
+    if not len(arcs[row]):
+        return ""
+    low, high = np.degrees(arcs[row][np.argmax(arcs[row][:, 1] - arcs[row][:, 0])])
+    return (
+        f"inside the joint limits at other values of {structure.parameter} only: the widest interval is {low:.6g} to {high:.6g} deg, "
+        f"{found.name(row)}"
+    )
 
 
 def _outside_limits(found: IkSolutions, robot: Any) -> str:

@@ -17,15 +17,17 @@ from ._structured import Solver, solver
 from ._targets import pose_motor
 
 Floats = NDArray[np.float64]
+_NEARLY = 1e-8  # metres by which a structure may be missed: so good are the closed forms of its limits
 
 
 def limit_arcs(robot: Any, target: Any, tolerance: float = 1e-9, *, psi: float | None = None) -> tuple[Arcs, ...]:
     """For every branch the values of psi (or q7, q1) at which it meets the pose inside the joint limits.
 
-    One pose. S-R-S arms: closed form, since every joint limit cuts the elbow circle in a plane, so a limit of a joint
-    is at most two psi. Other arms: `free_arcs` without obstacles, where the branches' existence is in closed form and the
-    limits are proved between samples to 1e-4 rad. Rows in the order of `inverse(...).branch`. Our derivation,
-    docs/inverse-kinematics.md.
+    One pose, closed form. S-R-S arms: every joint limit cuts the elbow circle in a plane, so a limit of a joint is at most two
+    psi. sew7: a joint at a limit is a trigonometric polynomial in the last angle, of degree 1 (joint 4), 2 (joints 5, 6) or 8
+    (joints 1, 2, 3); the ends are then halved to rounding. Where the structure is missed by more than 1e-8 m: `free_arcs`
+    without obstacles, with limits proved between samples to 1e-4 rad. Rows in the order of `inverse(...).branch`. Our
+    derivation, docs/inverse-kinematics.md.
     A Point of an arm of kind us5 has two freedoms, both in closed form: without `psi` the psi at which joints 1 and 2 keep
     their limits; with it the values of q5 at which all joints do.
     Raises InputError for a robot without redundancy and for a batch of poses.
@@ -46,17 +48,50 @@ def limit_arcs(robot: Any, target: Any, tolerance: float = 1e-9, *, psi: float |
     motor = pose_motor(target)
     if motor.ndim != 1:
         raise InputError(f"expected one pose, got a batch of shape {motor.shape[:-1]}", place="target")
+    if structure.name == "sew7" and structure.gap > _NEARLY:
+        from ._free_arcs import free_arcs
+
+        return free_arcs(robot, target, resolution=1e-4)
     if structure.name == "srs7":
         ends = _psi_candidates(made, motor)
-        middles = 0.5 * (ends[:-1] + ends[1:])
-        free = _allowed(made, motor, middles, tolerance)
+    else:
+        from ._q7_limits import q7_limit_candidates
+
+        ends = q7_limit_candidates(made, motor)
+    middles = 0.5 * (ends[:-1] + ends[1:])
+    free = _allowed(made, motor, middles, tolerance)
+    if structure.name == "srs7":
         return tuple(_joined(ends[:-1][column], ends[1:][column]) for column in free.T)
-    from ._free_arcs import free_arcs
+    exact = _halved(made, motor, middles, free, tolerance)
+    return tuple(_joined(low, high) for low, high in exact)
 
-    return free_arcs(robot, target, resolution=1e-4)
+
+def _halved(made: Solver, motor: Floats, middles: Floats, free: NDArray[np.bool_], tolerance: float):
+    """For every branch the lows and highs of its free cells: candidates where both sides agree do not matter, and the other
+    ends are halved between the middles of their cells."""
+    strict = _allowed(made, motor, middles, 0.0)
+    cell, branch = np.nonzero(free[1:] != free[:-1])
+    rising = free[cell + 1, branch]
+    inside, outside = (
+        np.where(rising, middles[cell + 1], middles[cell]),
+        np.where(rising, middles[cell], middles[cell + 1]),
+    )
+    spare = np.where(strict[cell + rising, branch], 0.0, tolerance)
+    pick = np.arange(len(cell))
+    for _ in range(60 if len(cell) else 0):
+        middle = 0.5 * (inside + outside)
+        good = _allowed(made, motor, middle, spare[:, None, None])[pick, branch]
+        inside, outside = np.where(good, middle, inside), np.where(good, outside, middle)
+    for k in range(made.branches):
+        mine = branch == k
+        low, high = inside[mine & rising], inside[mine & ~rising]
+        yield (
+            np.concatenate([[-np.pi], low]) if free[0, k] else low,
+            np.concatenate([high, [np.pi]]) if free[-1, k] else high,
+        )
 
 
-def _allowed(made: Solver, motor: Floats, values: Floats, tolerance: float) -> NDArray[np.bool_]:
+def _allowed(made: Solver, motor: Floats, values: Floats, tolerance: Any) -> NDArray[np.bool_]:
     """(k, branches) the branch exists at each value and is inside the limits."""
     count = len(values)
     poses = np.array(np.broadcast_to(motor, (count, 8)))
