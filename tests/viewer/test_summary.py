@@ -7,8 +7,9 @@ import numpy as np
 import horosphere as hs
 from horosphere import certify, robots
 from horosphere.numeric import at_least, at_most
-from horosphere.shapes import HalfSpace
-from horosphere.viewer import bound
+from horosphere.shapes import HalfSpace, PointCloud
+from horosphere.viewer import bound, summarise
+from horosphere.viewer._parts import MOST_DRAWN, stride
 
 
 def test_a_lower_bound_is_never_written_larger_than_it_is():
@@ -40,3 +41,13 @@ def test_a_certificate_says_no_more_than_it_proves():
         found = certify.certify(top, np.array([q, q]))
         said = Fraction(found.reason.split("at least ")[1].split(" m ")[0])
         assert said <= Fraction(repr(found.clearance))
+
+
+def test_a_large_cloud_is_counted_and_the_report_draws_a_stated_part():
+    cloud = PointCloud(np.random.default_rng(9).uniform(1, 2, (130_001, 3)), 0.01, "shelf")
+    robot = robots.load("panda")
+    q = 0.5 * (robot.limits.lower + robot.limits.upper)
+    scene = hs.Scene(robot, q, q, (cloud, PointCloud(np.eye(3), 0.1)))
+    said = dict(summarise(scene, None).rows)["Obstacles"]
+    assert said == "2 point clouds (130,001 points, one in 3 drawn in the report; 3 points)"
+    assert len(cloud.points[:: stride(cloud)]) <= MOST_DRAWN
