@@ -1,4 +1,4 @@
-"""A plan and its certificate among a million measured points: load, index, plan, certify, with memory.
+"""A plan and its certificate among a million points: load, index, plan, certify, with memory.
 
 python benchmarks/cloud.py [POINTS [FOLDER]]     writes points.npy and scene.yaml into FOLDER (default: a temporary one)
 """
@@ -20,7 +20,7 @@ from horosphere.shapes import Box
 SCENE = """horosphere/scene: 1
 name: cloud-shelf
 description: |
-  A Panda moves its hand from beside a shelf into it; table, shelf and the box in it are points from a depth camera.
+  A Panda moves its hand from beside a shelf into it; table, shelf and the box in it are there as points only.
 robot: panda
 start: {joints_deg: [-60, 0, 0, -120, 0, 120, 45]}
 goal: {position: [0.60, 0.12, 0.47], rpy_deg: [0, 90, 0]}

@@ -83,16 +83,20 @@ def scatter(count, seed=0):
 
 def speed():
     print(
-        "| balls in R^3 | one evaluation inside compiled code, us | indexed, us | numpy batch, us a point | ratio | call from Python, us |"
+        "| balls in R^3 | one evaluation inside compiled code, us | indexed, us | index, MB | made in, s of CPU | numpy batch, us a point | ratio "
+        "| call from Python, us |"
     )
-    print("|---|---|---|---|---|---|")
+    print("|---|---|---|---|---|---|---|---|")
     for count in (10, 100, 1000, 10_000, 100_000):
         goal, centers, radii, side = scatter(count) if count <= 1000 else lattice(count)
         field = HarmonicField(goal, (centers, radii), boundary=0.2)
         x = np.random.default_rng(1).uniform(0, side, (10_000, 3))
         few = x if count <= 1000 else x[:200].copy()
         ours = best(lambda: field.world.scaled(few)) / len(few) * 1e6
+        field.indexed()
+        begin = time.process_time()
         fast = field.indexed()
+        made = f"{fast.world.index.bytes / 1e6:.1f} | {time.process_time() - begin:.2f}"
         index = best(lambda: fast.world.scaled(x)) / len(x) * 1e6
         plain, ratio = "", ""
         if count <= 1000:
@@ -106,7 +110,7 @@ def speed():
             plain, ratio = f"{plain_us:.1f}", f"{plain_us / ours:.0f}x"
         one = x[:1].copy()
         call = best(lambda: [field(one[0]) for _ in range(100)]) / 100 * 1e6
-        print(f"| {len(radii)} | {ours:.2f} | {index:.2f} | {plain} | {ratio} | {call:.1f} |", flush=True)
+        print(f"| {len(radii)} | {ours:.2f} | {index:.2f} | {made} | {plain} | {ratio} | {call:.1f} |", flush=True)
     world = random_world("balls", 1)
     field = HarmonicField(world.goal, world.obstacles)
     step = np.linalg.norm(world.goal - world.start) / 470

@@ -5,13 +5,13 @@ import pytest
 from random_robots import random_robot, rotation, unit
 
 from horosphere import certify, distance
-from horosphere.shapes import Ball, Box, Capsule, Cylinder, HalfSpace
+from horosphere.shapes import Ball, Box, Capsule, Cylinder, Ellipsoid, HalfSpace
 
 
 def thin_obstacle(rng):
     """Something that samples miss: a wire, a needle, a sheet, a speck."""
     c, thickness = rng.normal(size=3), 10.0 ** rng.uniform(-6, -2)
-    kind = rng.integers(5)
+    kind = rng.integers(6)
     if kind == 0:
         return Capsule(c, c + rng.normal(size=3), thickness)
     if kind == 1:
@@ -20,6 +20,8 @@ def thin_obstacle(rng):
         return Box(c, np.array([rng.uniform(0.1, 1), rng.uniform(0.1, 1), thickness]), rotation(rng))
     if kind == 3:
         return Ball(c, thickness)
+    if kind == 4:
+        return Ellipsoid(c, np.array([rng.uniform(0.1, 1), rng.uniform(0.1, 1), thickness]), rotation(rng))
     return HalfSpace(unit(rng), -1.0 - rng.uniform(0, 2))
 
 

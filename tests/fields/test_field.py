@@ -1,5 +1,7 @@
 """The field against formulas written out here, finite differences, and the two properties it is built on."""
 
+import itertools
+
 import numpy as np
 import pytest
 
@@ -224,6 +226,34 @@ def test_batches_keep_their_shape_and_take_integers():
 def test_bad_input(make, words):
     with pytest.raises(InputError, match=words):
         make()
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_the_index_changes_nothing_at_any_scale(seed):
+    """Boundaries from next to nothing to wider than a cell, far from the origin, few and many cells, on their borders."""
+    rng = np.random.default_rng([seed, 77])
+    n, scale = int(rng.integers(2, 4)), 10.0 ** rng.uniform(-3, 3)
+    grid = np.stack(np.meshgrid(*[np.arange(9.0)] * n), axis=-1).reshape(-1, n)
+    radii = scale * rng.uniform(0.05, 0.45, len(grid))
+    shift = scale * 10.0 ** rng.uniform(0, 3) * rng.normal(size=n)
+    centers = shift + scale * grid[rng.permutation(len(grid))]
+    goal = shift + scale * np.full(n, -1.5)
+    field = HarmonicField(goal, (centers, radii), boundary=scale * 10.0 ** rng.uniform(-6, 0.5))
+    fast = field.indexed(int(10.0 ** rng.uniform(0, 4.5)))
+    index = fast.world.index
+    corners = goal + index.grid[0] + rng.integers(0, index.grid[2] + 1, (200, n)) / index.grid[1]
+    x = np.vstack([shift + scale * rng.uniform(-2, 10, (1000, n)), corners, centers + scale * 1e-9])
+    np.testing.assert_array_equal(fast(x), field(x))
+    listed = [np.sort(index.entries[a:b, 0]) for a, b in itertools.pairwise(index.starts)]
+    assert all(len(np.unique(cell)) == len(cell) > 0 for cell in listed)
+
+
+def test_an_index_of_many_balls_is_small():
+    side = np.arange(20.0)
+    centers = np.stack(np.meshgrid(side, side, side), axis=-1).reshape(-1, 3)
+    radii = np.random.default_rng(3).uniform(0.1, 0.4, len(centers))
+    index = HarmonicField(np.full(3, -2.0), (centers, radii), boundary=0.2).indexed().world.index
+    assert index.bytes < 1300 * len(centers) and index.mean_candidates < 40
 
 
 @pytest.mark.parametrize("n", [2, 3])

@@ -10,8 +10,9 @@ import pytest
 import horosphere as hs
 from horosphere import certify, robots, scenes, shapes
 from horosphere.numeric import at_least, at_most
-from horosphere.shapes import HalfSpace
+from horosphere.shapes import HalfSpace, PointCloud
 from horosphere.viewer import bound, summarise
+from horosphere.viewer._parts import MOST_DRAWN, stride
 
 
 def test_a_lower_bound_is_never_written_larger_than_it_is():
@@ -85,3 +86,13 @@ def test_allowed_contacts_are_told_by_reason():
     certificate = SimpleNamespace(certified=True, clearance=0.1, allowed=("hand may touch cup", *pairs, *share))
     said = rows_of(PLANE, certificate=certificate, solved=True)["Allowed contacts"]
     assert said == "hand may touch cup; 12 pairs of links: allowed by the caller; c may touch d: always touching"
+
+
+def test_a_large_cloud_is_counted_and_the_report_draws_a_stated_part():
+    cloud = PointCloud(np.random.default_rng(9).uniform(1, 2, (130_001, 3)), 0.01, "shelf")
+    robot = robots.load("panda")
+    q = 0.5 * (robot.limits.lower + robot.limits.upper)
+    scene = hs.Scene(robot, q, q, (cloud, PointCloud(np.eye(3), 0.1)))
+    said = dict(summarise(scene, None).rows)["Obstacles"]
+    assert said == "2 point clouds (130,001 points, one in 3 drawn in the report; 3 points)"
+    assert len(cloud.points[:: stride(cloud)]) <= MOST_DRAWN

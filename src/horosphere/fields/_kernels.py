@@ -216,23 +216,101 @@ def walk(points, out, table, walls, general, settings, d, inward, mu, chosen):
 
 
 @jit
-def walk_indexed(points, out, grid, starts, blocks, rows, walls, general, settings, d, inward, mu, chosen):
+def walk_indexed(
+    points, out, grid, starts, entries, unit, fuzz, records, table, few, walls, general, settings, d, inward, mu, chosen
+):
     """out (b, n) as by `walk`, with the balls that can matter looked up in a grid of cells.
 
-    grid (3, n) = lowest corner, cells per metre, cells on each axis; the table (rows, balls) of cell c is packed in
-    blocks[starts[c] : starts[c + 1]]; the last cell holds all balls and serves the points outside.
+    grid (3, n) = lowest corner, cells per metre, cells on each axis; cell c holds entries[starts[c] : starts[c + 1]] = (ball,
+    its distance from the middle of the cell in units), the nearest first; points outside take all balls. The search of a
+    cell ends where no later ball can have a weight here. The table of those that may have one, from their records (m,
+    rows) and in the order of their numbers, gives the same sum. `few` is scratch for the longest cell.
     """
-    n = points.shape[1]
+    n, rows = points.shape[1], table.shape[0]
     for b in range(points.shape[0]):
-        cell = 0
+        cell, off = 0, 0.0
         for k in range(n):
-            at = math.floor((points[b, k] - grid[0, k]) * grid[1, k])
+            scaled = (points[b, k] - grid[0, k]) * grid[1, k]
+            at = math.floor(scaled)
+            off += ((scaled - at - 0.5) / grid[1, k]) * ((scaled - at - 0.5) / grid[1, k])
             if at < 0 or at >= grid[2, k] or cell < 0:
                 cell = -1
             else:
                 cell = cell * int(grid[2, k]) + int(at)
         if cell < 0:
-            cell = starts.shape[0] - 2
-        first, last = starts[cell], starts[cell + 1]
-        table = blocks[first:last].reshape((rows, (last - first) // rows))
-        walk(points[b : b + 1], out[b : b + 1], table, walls, general, settings, d, inward, mu, chosen)
+            walk(points[b : b + 1], out[b : b + 1], table, walls, general, settings, d, inward, mu, chosen)
+            continue
+        first, last, seen = starts[cell], starts[cell + 1], 0
+        reach, least = settings[REACH] + fuzz, np.inf
+        room = (reach + math.sqrt(off)) / unit
+        for c in range(first, last):
+            if entries[c, 1] > least / unit + room:
+                break
+            i, square = entries[c, 0], 0.0
+            for k in range(n):
+                square += (points[b, k] - records[i, k]) * (points[b, k] - records[i, k])
+            d[seen] = math.sqrt(square) - records[i, n]
+            if d[seen] < least:
+                least = d[seen]
+            seen += 1
+        used = 0
+        for c in range(seen):
+            if d[c] <= least + reach:
+                i, a = entries[first + c, 0], used
+                while a > 0 and chosen[a - 1] > i:
+                    chosen[a] = chosen[a - 1]
+                    a -= 1
+                chosen[a] = i
+                used += 1
+        for a in range(used):
+            for r in range(rows):
+                few[r * used + a] = records[chosen[a], r]
+        near = few[: rows * used].reshape((rows, used))
+        walk(points[b : b + 1], out[b : b + 1], near, walls, general, settings, d, inward, mu, chosen)
+
+
+@jit
+def sift(centers, radii, middle, half, parent, starts, balls, spare, first, kept, d):
+    """Of every box (middle (b, n), half diagonal (b,)) the balls of its parent's list that can count anywhere in it.
+
+    Numbers of balls (b + 1,) so far into `first`, and the balls into `kept` unless that is empty; `d` (m,) is scratch.
+    """
+    n = centers.shape[1]
+    count = 0
+    first[0] = 0
+    for b in range(middle.shape[0]):
+        low, high = starts[parent[b]], starts[parent[b] + 1]
+        least = np.inf
+        for c in range(low, high):
+            i, square = balls[c], 0.0
+            for k in range(n):
+                square += (middle[b, k] - centers[i, k]) * (middle[b, k] - centers[i, k])
+            d[c - low] = math.sqrt(square) - radii[i]
+            least = min(least, d[c - low])
+        least += 2.0 * half[b] + spare
+        for c in range(low, high):
+            if d[c - low] <= least:
+                if kept.shape[0] > 0:
+                    kept[count] = balls[c]
+                count += 1
+        first[b + 1] = count
+
+
+@jit
+def arrange(centers, radii, middle, order, starts, balls, unit, first, entries, d):
+    """The list of every cell, in the order of the grid, as `walk_indexed` reads it: nearest to the middle first."""
+    n = centers.shape[1]
+    for cell in range(order.shape[0]):
+        b = order[cell]
+        base, low = first[cell], starts[b]
+        for c in range(starts[b + 1] - low):
+            i, square = balls[low + c], 0.0
+            for k in range(n):
+                square += (middle[b, k] - centers[i, k]) * (middle[b, k] - centers[i, k])
+            away, at = math.sqrt(square) - radii[i], c
+            while at > 0 and d[at - 1] > away:
+                d[at] = d[at - 1]
+                entries[base + at, 0], entries[base + at, 1] = entries[base + at - 1, 0], entries[base + at - 1, 1]
+                at -= 1
+            d[at] = away
+            entries[base + at, 0], entries[base + at, 1] = i, math.floor(away / unit)

@@ -78,10 +78,9 @@ class World:
         out, near = np.empty_like(points), points - self.goal
         table, walls, general, settings = self.packed
         if self.index is not None:
-            at = self.index
-            kernels.walk_indexed(
-                near, out, at.grid, at.starts, at.blocks, len(table), walls, general, settings, *self.scratch()
-            )
+            at, few = self.index, np.empty(len(table) * self.index.most_candidates)
+            lists = (at.grid, at.starts, at.entries, at.unit, at.fuzz, at.records)
+            kernels.walk_indexed(near, out, *lists, table, few, walls, general, settings, *self.scratch())
         else:
             kernels.walk(near, out, table, walls, general, settings, *self.scratch())
         return out
