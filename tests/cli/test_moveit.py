@@ -23,7 +23,7 @@ def files(shared_data, tmp_path_factory):
 
 def test_plan_and_check(run, files, tmp_path):
     folder, archive, robot = files
-    words = ("--robot", robot, "--no-report", "--time", "0", "--clearance", "0.001", "--method", "tree", "--json")
+    words = ("--robot", robot, "--no-report", "--time", "0", "--clearance", "0.001", "--json")
     data = json.loads(run("plan", f"{archive}:cage/3", "--out", tmp_path / "a", *words).out)
     assert data["solved"] and data["scene"] == "cage_panda-0003" and data["certificate"]["clearance"] >= 0.001
     assert sum("allowed_collision_matrix" in text for text in data["certificate"]["allowed"]) > 9

@@ -63,6 +63,7 @@ def test_the_goals_joints_move_and_the_others_stand_where_the_state_has_them(fol
     np.testing.assert_array_equal(scene.start.q, [0.2, -0.4])  # the request has the last word
     np.testing.assert_array_equal(scene.goal.q, [1.0, 0.5])
     assert (scene.options.velocity_scale, scene.options.acceleration_scale, scene.options.clearance) == (0.5, 1.0, 0.0)
+    assert scene.options.method == "tree"
     at = dict(zip(robot.link_names, kinematics.frames(robot, np.zeros(2)).as_matrix()[:, :3, 3]))
     np.testing.assert_allclose(at["upper"], [0, 0, 0.9], atol=1e-12)  # lifted by 0.3
     np.testing.assert_allclose(at["left"], [0.9, 0.12, 0.9], atol=1e-12)  # opened by 0.02

@@ -85,14 +85,15 @@ def plan(scene: Scene | str | Path, **options: Any) -> Plan:
         scene = scene.with_(options=dataclasses.replace(scene.options, **options))
     progress = Progress()
     started = time.perf_counter()
-    if isinstance(scene.robot, PointRobot):
-        from ._point import plan_point as solve
-    elif isinstance(scene.robot, UnicycleRobot):
-        from ._unicycle import plan_unicycle as solve
-    elif isinstance(scene.robot, SnakeRobot):
-        from ._snake import plan_snake as solve
-    else:
-        from ._arm import plan_arm as solve
+    with progress.part("loading"):
+        if isinstance(scene.robot, PointRobot):
+            from ._point import plan_point as solve
+        elif isinstance(scene.robot, UnicycleRobot):
+            from ._unicycle import plan_unicycle as solve
+        elif isinstance(scene.robot, SnakeRobot):
+            from ._snake import plan_snake as solve
+        else:
+            from ._arm import plan_arm as solve
     result = solve(scene, progress)
     progress.timings["total"] = time.perf_counter() - started
     return dataclasses.replace(result, timings=progress.timings, notes=tuple(progress.notes))

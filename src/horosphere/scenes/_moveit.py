@@ -84,13 +84,15 @@ class MoveItProblem:
     def scene(self, robot: Robot, **fields: Any) -> Scene:
         """As a `Scene` for this robot; `fields` as for the constructor (options, name ...).
 
-        The first goal is taken; no clearance is asked for. What was enclosed or left out stands in the robot's notes. Raises
-        InputError at the file for what does not fit this robot.
+        The first goal is taken; no clearance is asked for; the method is the tree. What was enclosed or left out stands in the
+        robot's notes. Raises InputError at the file for what does not fit this robot.
         """
         from ._scene import Scene
 
-        # a MoveIt problem asks for no contact, and for no more than that
-        options = Options(clearance=0.0, velocity_scale=self.scales[0], acceleration_scale=self.scales[1])
+        # a MoveIt problem asks for no contact, and for no more than that; its planners search in joint space, as the tree does
+        options = Options(
+            clearance=0.0, method="tree", velocity_scale=self.scales[0], acceleration_scale=self.scales[1]
+        )
         fields = {"name": self.name, "source": self.source, "options": options, **fields}
         start, goal = JointTarget(self.start_of(robot)), self.goal_of(robot)
         notes = list(self.notes)
