@@ -16,7 +16,12 @@ from horosphere.versors import Motor
 SKEW = [(0.1, 1, 0.2), (0.1, -0.2, 1), (1, 0.2, 0.1), (0.2, 0.1, 1), (1, -0.3, 0.1)], [
     *[(0.1, 0.2, 0.3)] * 2, *[(0.35, 0.28, 0.32)] * 3,
 ]  # fmt: skip
-ARMS = {"NAO": arms.NAO, "Pepper": arms.PEPPER, "skew": SKEW}
+# As its public URDF has it: the forearm tilted by 9 degrees, and the elbow 0.13 mm off the plane across axis 2 in the shoulder.
+C, S = np.cos(0.157079), np.sin(0.157079)
+PEPPER = [(0, 1, 0), (0, 0, 1), (C, 0, S), (-S, 0, C), (C, 0, S)], [
+    *[(-0.057, 0.14974, 0.08682)] * 2, *[(0.1242, 0.16474, 0.08695)] * 3,
+]  # fmt: skip
+ARMS = {"NAO": arms.NAO, "Pepper": PEPPER, "skew": SKEW}
 INSIDE = [(-2.0, 2.0), (-0.3, 1.3), (-2.0, 2.0), (-1.5, -0.04), (-1.8, 1.8)]
 
 
