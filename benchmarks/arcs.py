@@ -63,10 +63,8 @@ def line(name: str, count: int) -> str:
 
 if __name__ == "__main__":
     heading()
-    print(
-        f"{'CPU ms, median and largest':14s}\n{'':14s}{'20 balls':>16s}{'all kinds':>16s}{'and own links':>16s}{'roomiest':>16s}",
-        end="",
-    )
-    print(f"{'false':>8s}{'left out':>10s}")
+    print("CPU ms, median and largest; samples")
+    heads = ("20 balls", "all kinds", "and own links", "roomiest")
+    print(" " * 14 + "".join(f"{head:>16s}" for head in heads) + f"{'false':>8s}{'left out':>10s}")
     for name in CASES:
         print(line(name, int(sys.argv[1]) if len(sys.argv) > 1 else 20), flush=True)

@@ -121,6 +121,59 @@ def test_without_obstacles_the_psi_of_an_s_r_s_arm_agree_with_the_closed_form():
         assert exact.contains(proved.free.mean(axis=1)).all()
 
 
+@pytest.mark.parametrize("arm", ["IIWA_RTB", "OFFSET_SRS"])
+def test_arms_that_miss_their_structure_are_proved_on_their_true_axes(arm):
+    robot, rng = arms.robot(arm, getattr(arms, arm), 2.8), np.random.default_rng(8)
+    target = forward(robot, rng.uniform(-2.0, 2.0, 7))
+    values = np.arange(-np.pi + 1e-9, np.pi, 5e-3)
+    false, free, found = witnessed(robot, "psi", target, [], free_arcs(robot, target), values, 0.0, margin=1e-3)
+    assert false == 0 and found > 0.99 * free > 500
+
+
+@pytest.mark.parametrize("name", ["panda", "humanoid"])
+def test_a_tube_knows_the_derivatives_of_its_task(name):
+    """Against differences, in plain matrices; and third and fourth ones are not larger than the bound."""
+    from horosphere.distance import pack_robot
+    from horosphere.kernels import jit
+    from horosphere.kinematics._tube_kernels import place, task_at
+
+    @jit
+    def task(J, C, L, K, path, tool, normal, span, q, d, M, E, D, W, T, X):
+        place(J, C, L[:0], K, q, T, X)
+        return task_at(T, C, path, tool, normal, span, d, M, E, D, W)
+
+    robot, rng = CASES[name]()[0], np.random.default_rng(5)
+    q = rng.uniform(robot.limits.lower, robot.limits.upper)
+    one, body, n = redundancy(robot, target_of(robot, q, rng)), pack_robot(robot, static=False), robot.n_joints
+    columns = body.joints[one.path, 2]
+
+    def at(q, d):
+        M, E, D, W = np.zeros((n, n)), np.zeros((n - 1, n)), np.zeros((n - 1, n)), np.zeros((n, 15))
+        T, X = np.empty((len(body.joints), 12)), np.empty((0, 7))
+        size = task(*body[:4], one.path, one.tool, one.normal, one.span, q, d, M, E, D, W, T, X)
+        return M[: n - 1], E, D, size, T[one.path[-1], :9].reshape(3, 3)
+
+    d = rng.normal(size=n)
+    d /= np.linalg.norm(d)
+    along = np.zeros(n)
+    along[columns] = d
+    _, E, D, size, R0 = at(q, d)
+
+    def slope(x):
+        M, *_, R = at(x, d)
+        if one.normal.any():
+            return M
+        Q = R @ R0.T
+        return np.concatenate([0.5 * (np.trace(Q) * np.eye(3) - Q) @ M[:3], M[3:]])
+
+    h = 1e-3
+    assert np.allclose((slope(q + h * along) - slope(q - h * along)) / (2.0 * h), E, atol=1e-5)
+    assert np.allclose((slope(q + h * along) - 2.0 * slope(q) + slope(q - h * along)) / h**2, D, atol=1e-5)
+    turn = np.eye(n)[columns]
+    whole = np.sqrt(sum((((slope(q + h * e) - slope(q - h * e)) / (2.0 * h)) ** 2).sum() for e in turn))
+    assert whole <= size + 1e-5 and (size < 1.001 * whole or one.normal.any())
+
+
 def test_every_q7_at_which_a_branch_exists_is_found():
     robot = load("panda")
     rng = np.random.default_rng(6)

@@ -1,7 +1,7 @@
 """The part of a redundancy on which a branch keeps its joints inside the limits and its bodies clear, decided between samples too.
 
-Pieces of a branch are enclosed in tubes of joint space and judged whole, see `_arc_kernels`; those that are neither free nor
-blocked are halved. What cannot be decided above the resolution counts as not free.
+Pieces of a branch are enclosed in tubes of joint space (`_tube_kernels`) and judged whole (`_arc_kernels`); those that are
+neither free nor blocked are halved. What cannot be decided above the resolution counts as not free.
 """
 
 from __future__ import annotations
@@ -87,7 +87,7 @@ def proved_arcs(
     return tuple(_joined(low[branch == j], high[branch == j], words) for j in range(one.branches))
 
 
-_INSIDE, _OUTSIDE, _FREE, _BLOCKED = 1, 3, 4, 5  # states of `_arc_kernels`
+_INSIDE, _OUTSIDE, _FREE, _BLOCKED = 1, 3, 4, 5  # states of pieces, see `_tube_kernels` and `_arc_kernels`
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -209,7 +209,7 @@ class _Room:
 
     def judged(self, pieces: _Pieces, between: Floats, exists: Bools) -> tuple[Integers, Floats]:
         """The state (m,) of each piece and the length of its chord."""
-        from ._arc_kernels import enclose
+        from ._tube_kernels import enclose
 
         one, count = self.one, len(between)
         middle, half, reach = np.empty_like(between), np.empty_like(between), np.zeros(count)

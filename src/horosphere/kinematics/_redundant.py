@@ -26,7 +26,7 @@ class Redundancy:
 
     rows(values (m,)) -> q (m, branches, n), exists (m, branches). ends: sorted angles in [-pi, pi], both included, between which
     every branch exists or does not. parameter: "psi", "q7", "q1" or "phi". The task is the tool's pose, or its point and the
-    part of its direction along `normal` (zero for a pose). For `_arc_kernels`: path, the moving frames of `pack_robot` from the
+    part of its direction along `normal` (zero for a pose). For `_tube_kernels`: path, the moving frames of `pack_robot` from the
     base to the tool; tool (6,), point and direction in the last of them; levers (n,), the farthest the point can be from each
     joint of the path; span, metres that count as a radian.
     """
