@@ -10,10 +10,10 @@ from scipy.spatial import cKDTree
 
 from horosphere import robots
 from horosphere.errors import InputError
-from horosphere.robots import _bodies
-from horosphere.robots._cover import CoverOptions, box_triangles, cover_triangles, cylinder_triangles
-from horosphere.robots._kept import kept
-from horosphere.robots._solid import distinct, make_solid, split
+from horosphere.robots import _bodies, _cover
+from horosphere.robots._cover import BUDGETS, CoverOptions, box_triangles, cover_triangles, cylinder_triangles
+from horosphere.robots._kept import digest, kept
+from horosphere.robots._solid import make_solid, split
 
 from .mesh_arm import FORMATS, LENGTHS, link_mesh, rough, write_arm
 
@@ -49,7 +49,7 @@ def meshes(seed):
 @pytest.mark.parametrize("seed", range(7))
 def test_covers_hold_the_mesh_within_their_slack(kind, seed):
     mesh = meshes(seed)
-    options = CoverOptions(kind, tolerance=0.002)
+    options = CoverOptions(kind, 16, 0.002)
     bodies, slack = cover_triangles(np.asarray(mesh.triangles), options)
     assert 1 <= len(bodies) <= options.most
     assert all(np.array_equal(b.a, b.b) for b in bodies) or kind == "capsules"
@@ -108,18 +108,34 @@ def test_kept_covers_are_the_same_and_broken_files_are_made_again(tmp_path, monk
 
     def make():
         made.append(1)
-        return cover_triangles(mesh, CoverOptions(budget=2))
+        bodies, slack = cover_triangles(mesh, CoverOptions(budget=2))
+        return np.array([[slack] * 7, *([*b.a, *b.b, b.radius] for b in bodies)])
 
-    first, second = kept(mesh, "a", make), kept(mesh, "a", make)
-    assert len(made) == 1 and first[1] == second[1]
-    for a, b in zip(first[0], second[0], strict=True):
-        assert a.a.tobytes() == b.a.tobytes() and a.b.tobytes() == b.b.tobytes() and a.radius == b.radius
-    kept(mesh, "b", make)
-    kept(1.5 * mesh, "a", make)
-    assert len(made) == 3
+    first, second = kept("covers", "a", make), kept("covers", "a", make)
+    assert len(made) == 1 and first.tobytes() == second.tobytes()
+    kept("covers", "b", make)
+    kept("covers", digest(mesh), make)
+    kept("covers", digest(1.5 * mesh), make)
+    assert len(made) == 4
     for path in (tmp_path / "covers").iterdir():
         path.write_bytes(path.read_bytes()[:90])
-    assert kept(mesh, "a", make)[1] == first[1] and len(made) == 4
+    assert kept("covers", "a", make).tobytes() == first.tobytes() and len(made) == 5
+
+
+def test_the_second_load_reads_no_mesh(tmp_path, monkeypatch):
+    monkeypatch.setenv("HOROSPHERE_CACHE", str(tmp_path / "cache"))
+    path, _ = write_arm(tmp_path, 300, joints=2)
+    first, read = robots.load(path, budget=4), []
+    monkeypatch.setattr(_cover, "read_triangles", lambda *given: read.append(given))
+    second = robots.load(path, budget=4)
+    assert not read and second.notes == first.notes and second.pair_table == first.pair_table
+    assert second.capsules.a.tobytes() == first.capsules.a.tobytes()
+    # another byte in a mesh, another cover
+    monkeypatch.undo()
+    monkeypatch.setenv("HOROSPHERE_CACHE", str(tmp_path / "cache"))
+    mesh = link_mesh(1, 0.4, 300, 9)
+    mesh.export(path.parent.parent / "meshes" / "link1.obj")
+    assert robots.load(path, budget=4).capsules.a.tobytes() != first.capsules.a.tobytes()
 
 
 def test_covers_repeat_to_the_bit():
@@ -134,16 +150,15 @@ def test_covers_repeat_to_the_bit():
 def test_cut_triangles_are_the_same_surface(seed):
     rng = np.random.default_rng(seed)
     triangles = rng.normal(size=(30, 3, 3)) * [1.0, 0.1, 0.01]
-    parts = split(triangles, 0.2)
+    parts, number = split(triangles, 0.2)
     edges = np.linalg.norm(parts - np.roll(parts, 1, axis=1), axis=2)
 
     def area(t):
         return np.linalg.norm(np.cross(t[:, 1] - t[:, 0], t[:, 2] - t[:, 0]), axis=1).sum() / 2
 
     assert edges.max() <= 0.2 and area(parts) == pytest.approx(area(triangles), rel=1e-12)
-    points = parts.reshape(-1, 3)
-    first, number = distinct(points)
-    assert len(first) == len(np.unique(points, axis=0)) and np.array_equal(points[first][number], points)
+    sums = np.bincount(number, [area(part[None]) for part in parts])
+    assert sums == pytest.approx([area(triangle[None]) for triangle in triangles], rel=1e-9)
 
 
 def test_primitives_as_triangles():
@@ -170,7 +185,7 @@ def test_an_arm_with_mesh_files(tmp_path):
             bodies = [_bodies.Body(caps.a[i], caps.b[i], caps.radius[i]) for i in own]
             # written in single precision by some formats
             assert depth_inside(shells[name].vertices, bodies).min() >= -1e-6, (name, FORMATS[k])
-            assert 0 < len(own) <= {"capsules": 16, "spheres": 32}[kind]
+            assert 0 < len(own) <= BUDGETS[kind]
             assert all(float(re.search(r"at most ([0-9.]+) m", caps.note[i]).group(1)) <= worst for i in own)
     assert len(robots.load(path, budget=1).capsules) == 4
 

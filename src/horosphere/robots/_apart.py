@@ -3,32 +3,33 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..shapes import Mesh
-from ..shapes._forest import grow
 from . import _placement
+from ._cover import Surface
+from ._kept import digest, kept
 from ._robot import Limits, Link
+
+if TYPE_CHECKING:
+    from ..shapes import Mesh
 
 Floats = NDArray[np.float64]
 POINTS = 2_000
 """On the surface of the moving link, about."""
 POSTURES = 150
 """Boxes of joint values looked at before giving up."""
-SAMPLES = 60
 SEEN = 0.05
 """Metres beyond which a gap is not measured."""
 
 
 def least_gap(
     links: Sequence[Link], limits: Limits, surfaces: tuple[Floats | None, Floats | None], pair: tuple[int, int]
-) -> tuple[float, bool] | None:
-    """(metres, shown): how far the triangles (t, 3, 3) of two links keep apart over all values of the joints between them, of
-    which one or two move. Shown: a lower bound, at most 5 cm; otherwise the least seen in 60 random postures. None where they
-    meet, or nothing is known.
+) -> float | None:
+    """Metres, at most 5 cm, that the triangles (t, 3, 3) of two links keep apart at least, over all values of the joints between
+    them, of which one or two move. None where that cannot be shown.
 
     Every point of the lower link's surface is within e / sqrt(3) of a corner of its triangles, cut to edges below e. A box of
     joint values is settled when the corners at its middle are further from the other link than that and than they can move in
@@ -44,8 +45,28 @@ def least_gap(
         return None
     below, above = (second, first) if path[0] == pair[1] else (first, second)
     search = _Search(links, limits, joints, coordinates, (min(pair), max(pair)), below, above)
-    found = search.bound()
-    return None if found is None else (found, True) if found > 0.0 else search.sampled()
+    return search.bound()
+
+
+def known_gap(
+    links: Sequence[Link], limits: Limits, surfaces: tuple[Surface | None, Surface | None], pair: tuple[int, int]
+) -> float | None:
+    """The same for surfaces that are made when they are needed; what was found is kept on disk."""
+    first, second = surfaces
+    path = _path(links, *pair)
+    if path is None or first is None or second is None:
+        return None
+    way = [(k.kind, k.origin, k.axis, k.multiplier, k.offset, k.coordinate) for k in (links[i] for i in path)]
+    parts = [part for joint in way for part in joint]
+    coordinates = sorted({links[k].coordinate for k in path if links[k].kind != "fixed"})
+    key = digest(first.key, second.key, pair, *parts, limits.lower[coordinates], limits.upper[coordinates])
+
+    def make() -> Floats:
+        gap = least_gap(links, limits, (first.triangles(), second.triangles()), pair)
+        return np.array([[-1.0 if gap is None else gap]])
+
+    gap = float(kept("pairs", key, make)[0, 0])
+    return gap if gap > 0.0 else None
 
 
 class _Search:
@@ -63,8 +84,9 @@ class _Search:
     ) -> None:
         self.links, self.joints, self.coordinates, self.pair = links, joints, coordinates, pair
         self.points, self.coarse = _corners(below)
+        from ..shapes._forest import grow
+
         self.rows, self.forest = grow(_mesh(above))
-        self.surface = below
         self.below, self.one = _mesh(below), above[:1, 0]
         self.q = np.clip(0.0, limits.lower, limits.upper)
         self.low = np.clip(limits.lower[coordinates], -np.pi, np.pi)
@@ -86,13 +108,13 @@ class _Search:
         return float(least_distance(self.rows, f.nodes, f.ends, f.triangles, there, limit, enough))
 
     def bound(self) -> float | None:
-        """A lower bound of the gap; 0 if there were too many boxes, None if the surfaces meet."""
+        """A lower bound of the gap; None if the surfaces meet, or there were too many boxes."""
         boxes, gap, seen = [(0.5 * (self.low + self.high), 0.5 * (self.high - self.low))], SEEN, 0
         while boxes:
             middle, half = boxes.pop()
             seen += 1
             if seen > POSTURES:
-                return 0.0
+                return None
             frames, world = self.placed(middle)
             moved = self.moved(frames, world, half)
             need = self.coarse + float(moved.sum())
@@ -108,16 +130,6 @@ class _Search:
             boxes += [(middle - shift, half), (middle + shift, half)]
         # the surfaces never meet: one posture tells whether one link lies within the other in all of them
         return gap if self.outside() else None
-
-    def sampled(self) -> tuple[float, bool] | None:
-        """The least gap in random postures, if it is more than the points are apart."""
-        rng, least = np.random.default_rng(0), SEEN
-        self.points, self.coarse = _corners(self.surface, 8 * POINTS)
-        for _ in range(SAMPLES):
-            frames, world = self.placed(rng.uniform(self.low, self.high))
-            least = min(least, self.distance(frames, world, least, 0.0))
-        gap = least - self.coarse
-        return (gap, False) if gap > 0.0 and self.outside() else None
 
     def moved(self, frames: Any, world: Floats, half: Floats) -> Floats:
         """How far (m) each coordinate can move a point while it stays within `half` of its value."""
@@ -152,14 +164,16 @@ def _path(links: Sequence[Link], i: int, j: int) -> list[int] | None:
 
 
 def _mesh(triangles: Floats) -> Mesh:
+    from ..shapes import Mesh
+
     return Mesh(triangles.reshape(-1, 3), np.arange(3 * len(triangles)).reshape(-1, 3))
 
 
-def _corners(triangles: Floats, count: int = POINTS) -> tuple[Floats, float]:
+def _corners(triangles: Floats) -> tuple[Floats, float]:
     """Corners (m, 3) of the triangles cut until no edge is above e, and e / sqrt(3)."""
     sides = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
     area = 0.5 * float(np.linalg.norm(sides, axis=1).sum())
-    edge = max(float(np.sqrt(2.0 * area / count)), 0.002)
+    edge = max(float(np.sqrt(2.0 * area / POINTS)), 0.002)
     found: list[Floats] = []
     while len(triangles):
         a, b, c = triangles[:, 0], triangles[:, 1], triangles[:, 2]

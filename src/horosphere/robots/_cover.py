@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
@@ -11,14 +12,14 @@ import numpy as np
 from ..errors import InputError
 from . import _bodies, _placement
 from ._bodies import Body, Floats
-from ._kept import kept
-from ._meshes import read_triangles
+from ._kept import digest, find, kept
+from ._meshes import content_of, read_triangles
 from ._urdf import Shape, Urdf
 
 Kind = Literal["capsules", "spheres"]
 Source = Literal["auto", "collision", "visual"]
-BUDGETS = {"capsules": 16, "spheres": 32}
-TOLERANCE = 0.02
+BUDGETS = {"capsules": 32, "spheres": 48}
+TOLERANCE = 0.015
 """Metres; the default for geometry of five times that size and more, a fifth of the size for smaller one."""
 SIDES = 32
 
@@ -57,18 +58,25 @@ class CoverOptions:
         return min(TOLERANCE, 0.2 * size) if self.tolerance is None else float(self.tolerance)
 
 
+@dataclass(frozen=True, slots=True)
+class Surface:
+    """All geometry of a link as triangles (t, 3, 3), made when asked for, and a key of what they are made from."""
+
+    key: str
+    triangles: Callable[[], Floats]
+
+
 @dataclass(slots=True)
 class LinkCover:
     """Bodies of a link in its frame; `slack` (m) of those round meshes (None if there are none), from how many `triangles`;
-    `visual`: visual geometry was used; `problems`: what could not be read; `surface` (t, 3, 3): all of its geometry as triangles,
-    None if some of it has none."""
+    `visual`: visual geometry was used; `problems`: what could not be read; `surface`: None if some of it has no triangles."""
 
     bodies: list[Body] = field(default_factory=list)
     slack: float | None = None
     triangles: int = 0
     visual: bool = False
     problems: list[str] = field(default_factory=list)
-    surface: Floats | None = None
+    surface: Surface | None = None
 
 
 def cover_link(urdf: Urdf, link: str, options: CoverOptions, files: dict[str, Floats | str] | None = None) -> LinkCover:
@@ -89,37 +97,65 @@ def _cover(
     path: Path, shapes: list[Shape], options: CoverOptions, files: dict[str, Floats | str], visual: bool = False
 ) -> LinkCover:
     result = LinkCover(visual=visual and bool(shapes))
-    soup: list[Floats] = []
-    surface: list[Floats] = []
-    meshes, flat = 0, True
+    parts = [shape for shape in join_capsules(shapes) if shape.kind in ("mesh", "box", "cylinder")]
+    soup = [shape for shape in parts if shape.kind == "mesh" or options.kind == "spheres"]
+    keys = [_key(path, shape) for shape in soup]
+    key = None if None in keys else digest(options, keys)
+    rows = None if key is None or not soup else find("covers", key)
+    if rows is None:
+        sound = [
+            (shape, key) for shape, key in zip(soup, keys, strict=True) if not _problem(path, shape, files, result)
+        ]
+        if sound:
+            triangles = np.concatenate([_triangles(path, shape, files) for shape, _ in sound])
+            known = [digest(triangles) if key is None else key for _, key in sound]
+            rows = kept("covers", digest(options, known), lambda: _rows(triangles, options))
     for shape in join_capsules(shapes):
-        rotation, translation = _placement.rotation_translation(shape.origin)
-        if shape.kind == "mesh":
-            found = _read(path, shape, files)
-            if isinstance(found, str):
-                result.problems.append(found)
-                flat = False
-                continue
-            meshes += 1
-        elif shape.kind in ("box", "cylinder"):
-            found = box_triangles(np.array(shape.sizes)) if shape.kind == "box" else cylinder_triangles(*shape.sizes)
-        else:
-            found, flat = np.zeros((0, 3, 3)), False
-        surface.append(found @ rotation.T + translation)
-        if shape.kind == "mesh" or (options.kind == "spheres" and shape.kind in ("box", "cylinder")):
-            soup.append(surface[-1])
-        else:
+        if shape.kind != "mesh" and shape not in soup:
+            rotation, translation = _placement.rotation_translation(shape.origin)
             result.bodies += [body.moved(rotation, translation) for body in _primitive(shape, options)]
-    result.surface = np.concatenate(surface) if surface and flat else None
-    if soup:
-        triangles = np.concatenate(soup)
-        what = f"mesh of {len(triangles)} triangles" if meshes else "primitives"
-        covered, result.slack = kept(triangles, repr(options), lambda: cover_triangles(triangles, options))
-        result.triangles = len(triangles)
-        for body in covered:
-            note = f"{'visual ' if visual else ''}{what}, slack at most {result.slack:.4f} m"
-            result.bodies.append(Body(body.a, body.b, body.radius, note))
+    if parts and not result.problems and len(parts) == len(join_capsules(shapes)):
+        result.surface = Surface(
+            digest([_key(path, shape) or _triangles(path, shape, files) for shape in parts]),
+            lambda: np.concatenate([_triangles(path, shape, files) for shape in parts]),
+        )
+    if rows is not None:
+        result.slack, result.triangles = float(rows[0, 0]), int(rows[0, 1])
+        meshes = any(shape.kind == "mesh" for shape in soup)
+        what = f"mesh of {result.triangles} triangles" if meshes else "primitives"
+        note = f"{'visual ' if visual else ''}{what}, slack at most {result.slack:.4f} m"
+        result.bodies += [Body(row[:3], row[3:6], float(row[6]), note) for row in rows[1:]]
     return result
+
+
+def _key(path: Path, shape: Shape) -> str | None:
+    """Of what the triangles of a shape depend on, None if it cannot be told without reading them."""
+    content = content_of(shape.filename, shape.sizes, path) if shape.kind == "mesh" else shape.kind
+    return None if content is None else digest(content, shape.sizes, np.asarray(shape.origin))
+
+
+def _problem(path: Path, shape: Shape, files: dict[str, Floats | str], result: LinkCover) -> bool:
+    """Whether a mesh cannot be read, and why."""
+    found = _read(path, shape, files) if shape.kind == "mesh" else None
+    if isinstance(found, str):
+        result.problems.append(found)
+    return isinstance(found, str)
+
+
+def _triangles(path: Path, shape: Shape, files: dict[str, Floats | str]) -> Floats:
+    """Triangles (t, 3, 3) of a shape in the frame of its link."""
+    if shape.kind == "mesh":
+        found = np.asarray(_read(path, shape, files))
+    else:
+        found = box_triangles(np.array(shape.sizes)) if shape.kind == "box" else cylinder_triangles(*shape.sizes)
+    rotation, translation = _placement.rotation_translation(shape.origin)
+    return found @ rotation.T + translation
+
+
+def _rows(triangles: Floats, options: CoverOptions) -> Floats:
+    """A cover as an array: slack and number of triangles, then a row for each body."""
+    bodies, slack = cover_triangles(triangles, options)
+    return np.array([[slack, len(triangles), *np.zeros(5)], *([*body.a, *body.b, body.radius] for body in bodies)])
 
 
 def cover_triangles(triangles: Floats, options: CoverOptions) -> tuple[list[Body], float]:

@@ -1,4 +1,4 @@
-"""Covers of meshes on disk, so that a robot's second load takes no fitting: by content, options and version of the code."""
+"""What loading a robot computes, on disk, so that the second load takes none of it: by content and version of the code."""
 
 from __future__ import annotations
 
@@ -7,31 +7,58 @@ import os
 import tempfile
 from collections.abc import Callable
 from contextlib import suppress
+from functools import cache
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..kernels._cache import cache_folder, source_stamp
-from ._bodies import Body, Floats
 
-Cover = tuple[list[Body], float]
+Floats = NDArray[np.float64]
 
 
-def kept(triangles: Floats, options: str, make: Callable[[], Cover]) -> Cover:
-    """What `make` gives for triangles (t, 3, 3) and options, or the same from an earlier call. A folder that cannot be written or
-    a file that cannot be read means no cache."""
-    digest = hashlib.sha256(f"{source_stamp('horosphere.robots._cover')} {np.__version__} {options}".encode())
-    digest.update(np.ascontiguousarray(triangles).tobytes())
-    path = cache_folder() / "covers" / f"{digest.hexdigest()[:40]}.npy"
-    with suppress(OSError, ValueError, EOFError):
-        rows = np.load(path, allow_pickle=False)
-        if rows.ndim == 2 and rows.shape[1] == 7 and len(rows) > 1 and np.isfinite(rows).all():
-            return [Body(row[:3], row[3:6], float(row[6])) for row in rows[1:]], float(rows[0, 0])
-    bodies, slack = make()
-    rows = np.array([[slack, *np.zeros(6)], *([*body.a, *body.b, body.radius] for body in bodies)])
+def kept(what: str, key: str, make: Callable[[], Floats]) -> Floats:
+    """The array (n, m) that `make` gives for a key, or the same from an earlier call. A folder that cannot be written or a file that
+    cannot be read means no cache."""
+    found = find(what, key)
+    if found is not None:
+        return found
+    rows = make()
     with suppress(OSError):
-        _write(path, rows)
-    return bodies, slack
+        _write(_place(what, key), rows)
+    return rows
+
+
+def find(what: str, key: str) -> Floats | None:
+    """What is kept for a key, None if nothing is."""
+    with suppress(OSError, ValueError, EOFError):
+        rows = np.load(_place(what, key), allow_pickle=False)
+        if rows.ndim == 2 and len(rows) and rows.dtype == np.float64 and np.isfinite(rows).all():
+            return rows
+    return None
+
+
+def digest(*parts: object) -> str:
+    """A key of numbers, words and arrays."""
+    found = hashlib.sha256()
+    for part in parts:
+        if isinstance(part, np.ndarray):
+            found.update(f"{part.shape}".encode() + np.ascontiguousarray(part).tobytes())
+        else:
+            found.update(part if isinstance(part, bytes) else f"{part!r};".encode())
+    return found.hexdigest()[:40]
+
+
+def _place(what: str, key: str) -> Path:
+    return cache_folder() / what / f"{digest(_version(), key)}.npy"
+
+
+@cache
+def _version() -> str:
+    """Of what covers are made by, and what pairs are judged by."""
+    modules = ("_cover", "_meshes", "_apart")
+    return " ".join([np.__version__, *(source_stamp(f"horosphere.robots.{name}") for name in modules)])
 
 
 def _write(path: Path, rows: Floats) -> None:

@@ -50,10 +50,10 @@ def load(
     leaf). Joints beside that chain are locked at zero, or at the limit nearest to it; a joint that mimics one of the chain moves
     with it. `locked`: joints of the chain to lock, with their values (rad, m).
     srdf: a MoveIt SRDF; the pairs of links that it disables are not checked against each other.
-    collision, budget, tolerance: geometry is covered by capsules (at most 16 round the meshes of a link, or `budget`) or by
-    spheres (32), no more than a slack of `tolerance` (m; 2 cm, or a fifth of the size of small
-    links) needs. It lies inside them. `geometry`: which of the URDF's is covered;
-    "auto" is collision, and visual for links that have no collision geometry or whose collision meshes cannot be read.
+    collision, budget, tolerance: geometry is covered by capsules (at most 32 round the meshes of a link, or `budget`) or by
+    spheres (48), no more than a slack of `tolerance` (m; 1.5 cm, or a fifth of the size of small links) needs. It lies inside
+    them. `geometry`: which of the URDF's is covered; "auto" is collision, and visual for links that have no collision geometry
+    or whose collision meshes cannot be read.
     capsules: a capsule file, or a mapping like its `links`; it replaces the bodies of the links it names. link_radius
     (m): capsules of this radius along the joint-to-joint segments of those links of the chain that have no collision
     body otherwise.

@@ -10,7 +10,10 @@ import numpy as np
 
 from ..errors import InputError
 from ._bodies import Floats
+from ._kept import digest
 
+ALONE = (".stl", ".obj", ".ply", ".dae", ".off", ".glb")
+"""Formats whose triangles stand in the file itself."""
 FORMATS = (".stl", ".obj", ".ply", ".dae", ".off", ".glb", ".gltf", ".3mf")
 
 
@@ -41,6 +44,17 @@ def read_triangles(filename: str, scale: tuple[float, ...], urdf: Path) -> Float
         bad = int(np.argwhere(~np.isfinite(triangles))[0, 0])
         raise InputError(f"mesh {filename}: triangle {bad} has a corner that is not finite")
     return triangles * np.array(scale) * _unit(path)
+
+
+def content_of(filename: str, scale: tuple[float, ...], urdf: Path) -> str | None:
+    """A key of all that the triangles of a mesh depend on, without reading them; None if it cannot be told so."""
+    path = resolve(filename, urdf)
+    if path is None or path.suffix.lower() not in ALONE:
+        return None
+    try:
+        return digest(path.suffix.lower(), path.read_bytes(), scale)
+    except OSError:
+        return None
 
 
 def _unit(path: Path) -> float:

@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _placement
-from ._apart import least_gap
+from ._apart import known_gap
 from ._bodies import enclosing_ball
+from ._cover import Surface
 from ._robot import Capsules, Limits, Link, LinkPair, Robot
 from ._srdf import Srdf
 
@@ -52,7 +53,7 @@ def choose_pairs(
     capsules: Capsules,
     srdf: Srdf | None = None,
     allowed: Collection[frozenset[str]] = (),
-    surfaces: Mapping[str, Floats] | None = None,
+    surfaces: Mapping[str, Surface] | None = None,
 ) -> tuple[NDArray[np.int64], tuple[LinkPair, ...], list[str]]:
     """Pairs of links (k, 2) to check, what is known of every pair, and notes.
 
@@ -94,9 +95,9 @@ def choose_pairs(
                 continue
             row, note = _by_samples(first, second, share)
             if share >= OFTEN and surfaces:
-                gap = least_gap(links, limits, (surfaces.get(first), surfaces.get(second)), (i, j))
+                gap = known_gap(links, limits, (surfaces.get(first), surfaces.get(second)), (i, j))
                 if gap is not None:
-                    row, note = _by_geometry(first, second, share, *gap)
+                    row, note = _by_geometry(first, second, share, gap), ""
             table.append(row)
             notes += [note] if note else []
             kept += [(i, j)] if row.checked else []
@@ -145,15 +146,10 @@ def _by_samples(first: str, second: str, share: float) -> tuple[LinkPair, str]:
     )
 
 
-def _by_geometry(first: str, second: str, share: float, gap: float, shown: bool) -> tuple[LinkPair, str]:
-    """A pair whose bodies overlap, and whose geometry does not: not checked; a note where that was only seen."""
-    why = f"their bodies {_seen(share)}, their geometry keeps {1e3 * gap:.1f} mm apart in "
-    if shown:
-        return LinkPair(first, second, False, f"never touching: {why}every posture", share), ""
-    why += "60 random ones"
-    return LinkPair(first, second, False, f"not seen touching: {why}", share), (
-        f"{first} / {second} NOT checked against each other: {why}; that was seen, not proven (an SRDF decides)"
-    )
+def _by_geometry(first: str, second: str, share: float, gap: float) -> LinkPair:
+    """A pair whose bodies overlap while its geometry keeps apart."""
+    why = f"their bodies {_seen(share)}, their geometry keeps {1e3 * gap:.1f} mm apart in every posture"
+    return LinkPair(first, second, False, f"never touching: {why}", share)
 
 
 class _Sampler:
