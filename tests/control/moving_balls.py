@@ -19,7 +19,10 @@ def sphere_centres(robot, Q):
 
 @dataclass
 class Flight:
-    """Balls between random points of a box, each at its own constant speed up to `speed`; those near the base turn back."""
+    """Balls between random points of a box, each at its own constant speed up to `speed`; those near the base turn back.
+
+    `standing`: (x, y, z, radius) of more that do not move.
+    """
 
     rng: np.random.Generator
     count: int
@@ -27,6 +30,7 @@ class Flight:
     low: tuple = (-0.9, -0.9, 0.05)
     high: tuple = (0.9, 0.9, 1.2)
     core: float = 0.25
+    standing: tuple = ()
     centres: np.ndarray = field(init=False)
     velocities: np.ndarray = field(init=False)
     radii: np.ndarray = field(init=False)
@@ -39,6 +43,9 @@ class Flight:
         self.velocities = np.zeros((self.count, 3))
         for k in range(self.count):
             self.turn(k)
+        fixed = np.reshape(self.standing, (-1, 4))
+        self.centres, self.radii = np.concatenate([self.centres, fixed[:, :3]]), np.append(self.radii, fixed[:, 3])
+        self.velocities = np.concatenate([self.velocities, np.zeros((len(fixed), 3))])
 
     def turn(self, k):
         way = self.rng.uniform(self.low, self.high) - self.centres[k]
@@ -134,7 +141,19 @@ def with_slope(distances, q):
 
 
 def simulate(
-    robot, seconds, seed, *, speed, balls=8, period=1e-3, clearance=0.01, chunk=500, goals=None, known=True, **options
+    robot,
+    seconds,
+    seed,
+    *,
+    speed,
+    balls=8,
+    standing=(),
+    period=1e-3,
+    clearance=0.01,
+    chunk=500,
+    goals=None,
+    known=True,
+    **options,
 ):
     """Runs the loop, which may see how the balls move now (known) or not; new goals as it arrives or every 4 s.
 
@@ -142,22 +161,24 @@ def simulate(
     times a body was in a contact that is allowed.
     """
     rng = np.random.default_rng(seed)
-    flight = Flight(rng, balls, speed)
+    flight = Flight(rng, balls, speed, standing=standing)
     q = np.array([0.0, -0.6, 0.0, -2.2, 0.0, 1.8, 0.7])
     for _ in range(1000):  # no ball at the robot to begin with
         x, r = sphere_centres(robot, q[None])
         near = (np.linalg.norm(x[0][:, None] - flight.centres, axis=-1) - r[:, None] - flight.radii).min(0) < 0.1
+        near[balls:] = False
         if not near.any():
             break
         flight.centres[near] = rng.uniform(flight.low, flight.high, (near.sum(), 3))
     loop = Reactive(
-        robot, (flight.centres, flight.radii), period=period, clearance=clearance, obstacle_speed=speed, **options
-    )
+        robot, (flight.centres, flight.radii), period=period, clearance=clearance, **options,
+        obstacle_speed=[speed] * balls + [0.0] * len(standing),
+    )  # fmt: skip
     lower, upper = loop._limits[0], loop._limits[1]
     contacts, touching, reasons, least = [], set(), {}, np.inf
     goal, since, reached = None, 0.0, 0
     count = round(seconds / period)
-    unproved, touched, may = 0, 0, may_touch(robot, balls)
+    unproved, touched, may = 0, 0, may_touch(robot, len(flight.radii))
     worst_speed = worst_acceleration = 0.0
     before = np.zeros(robot.n_joints)
     for start in range(0, count, chunk):

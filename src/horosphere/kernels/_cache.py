@@ -18,6 +18,8 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+from ._parts import part_compiler, remember_types
+
 PACKAGE = Path(__file__).resolve().parent.parent
 OPTIONS: dict[str, Any] = {"fastmath": {"contract", "nsz"}, "error_model": "numpy", "nogil": True}
 
@@ -95,6 +97,7 @@ def attach_cache(dispatcher, content: str) -> None:
     from numba.core.caching import CompileResultCacheImpl, FunctionCache, _CacheLocator
 
     pause_garbage_collection()
+    remember_types()
 
     class Locator(_CacheLocator):
         def __init__(self, function) -> None:
@@ -140,10 +143,11 @@ def _content(function) -> str:
     return hashlib.sha256(repr((function.__module__, function.__qualname__)).encode() + code.co_code).hexdigest()
 
 
-def jit(function: Callable | None = None, **options) -> Any:
+def jit(function: Callable | None = None, *, part: bool = False, **options) -> Any:
     """numba.njit with the project's flags and disk cache, for hand-written loops (in files named `_*kernels.py`).
 
-    Flags: contraction and no signed zeros, numpy's error model, no lock held.
+    Flags: contraction and no signed zeros, numpy's error model, no lock held. `part`: it is called from compiled code alone, and not
+    through its address; that compiles sooner.
     """
     from numba import config, njit
 
@@ -151,6 +155,10 @@ def jit(function: Callable | None = None, **options) -> Any:
         if config.DISABLE_JIT:
             return f
         chosen: dict[str, Any] = {**OPTIONS, "no_cfunc_wrapper": True, **options}
+        if part:
+            remember_types()
+            chosen |= {"pipeline_class": part_compiler(), "no_cpython_wrapper": True}
+            return njit(**chosen)(f)
         dispatcher = njit(**chosen)(f)
         attach_cache(dispatcher, _content(f))
         return dispatcher

@@ -21,7 +21,7 @@ _add_outer, _add_scaled = goals_of.add_outer.inline, goals_of.add_scaled.inline
 _damped_solve, _dot6 = goals_of.damped_solve.inline, goals_of.dot6.inline
 
 # called from compiled code alone, and nothing is allocated: compiles sooner
-inner = partial(jit, _nrt=False, no_cpython_wrapper=True, no_cfunc_wrapper=True)
+inner = partial(jit, _nrt=False, part=True)
 
 
 @inner

@@ -22,7 +22,7 @@ import numpy as np
 from ..kernels import lane_mask_lt, load_columns, load_lanes, load_records, store_columns
 from ._edge_frames_kernels import LANES, WIDTH, motion_bound, place_frames
 from ._edge_frames_kernels import carried_inline as _carried
-from ._packet_kernels import inner, opened
+from ._packet_kernels import called, inner, opened
 from ._world_kernels import box_square, cylinder_square, ellipsoid_square, segment_square, upright_square
 
 CONTACT, UNDECIDED, CLEAR = -1, 0, 1
@@ -228,7 +228,7 @@ def block_clear(q, v, t, half, how, margin, self_margin, packet):
     return unclear
 
 
-@inner
+@called
 def edge_clear(q, v, count, how, margin, self_margin, packet):
     """CLEAR, CONTACT or UNDECIDED for the motion q + t v, t in [0, 1].
 

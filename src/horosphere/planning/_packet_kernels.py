@@ -19,8 +19,10 @@ from numpy.typing import NDArray
 
 from ..kernels import jit
 
-inner = partial(jit, _nrt=False, no_cpython_wrapper=True, no_cfunc_wrapper=True)
-"""For what is called from compiled code alone: compiles sooner."""
+inner = partial(jit, _nrt=False, part=True)
+"""For what is called from compiled code alone, by its name."""
+called = partial(jit, _nrt=False, no_cpython_wrapper=True)
+"""For what is called through its address in a packet."""
 
 
 EDGE, PACK_SCENE, GROW_TREES, SIMPLIFY, CERTIFY, CLOCK, MODEL_AT = range(7)

@@ -15,7 +15,7 @@ import numpy as np
 
 from ..kernels import call_compiled, jit
 from ._edge_kernels import CERTIFIED
-from ._packet_kernels import CERTIFY, GROW_TREES, PACK_SCENE, SIMPLIFY, inner, now, opened, opened_task
+from ._packet_kernels import CERTIFY, GROW_TREES, PACK_SCENE, SIMPLIFY, called, inner, now, opened, opened_task
 from ._tree_kernels import TREES_FULL
 from ._world_kernels import sort_solids
 
@@ -43,7 +43,7 @@ def lap(packet, progress, part, begin):
     return end
 
 
-@inner
+@called
 def pack_scene(packet):
     """The solids sorted into `world`; what rounding may hide, with them, goes into the settings."""
     search, scene, task = opened_task(packet)

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from ._edge_kernels import CERTIFIED, SAMPLED
-from ._packet_kernels import inner, opened, opened_task
+from ._packet_kernels import called, inner, opened, opened_task
 from ._tree_kernels import motion_clear
 
 
@@ -86,7 +86,7 @@ def cut_corner(packet, path, i, count, tries, least_gain, work, margin, self_mar
     return count, i + 1, False
 
 
-@inner
+@called
 def simplify(packet, count, rounds, tries, least_gain, margin, self_margin):
     """Shorten a path of `count` points in place; returns how many points are left."""
     path, work = opened_task(packet)[0][9], opened(packet)[2][5]
@@ -102,7 +102,7 @@ def simplify(packet, count, rounds, tries, least_gain, margin, self_margin):
     return count
 
 
-@inner
+@called
 def certify(packet, first, count, margin, self_margin):
     """The first motion of a path, from motion `first` on, that is not certified clear, or -1."""
     path, v = opened_task(packet)[0][9], opened(packet)[2][5][0]

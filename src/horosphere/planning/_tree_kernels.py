@@ -18,7 +18,7 @@ import numpy as np
 
 from ..kernels import lane_min, lane_where_lt, load_lanes, min_lane, spread
 from ._edge_kernels import CERTIFIED, LANES, SAMPLED, WIDTH
-from ._packet_kernels import check_edge, inner, opened, opened_task
+from ._packet_kernels import called, check_edge, inner, opened, opened_task
 
 FREE = np.float32(1e30)  # the radius of a node whose extensions have all succeeded
 FAR = np.float32(1e9)
@@ -138,7 +138,7 @@ def plant(packet, goals, margin, self_margin, ends, order, tree, state, v):
     return count
 
 
-@inner
+@called
 def grow(packet, goals, budget, how, margin, self_margin):
     """Points of a path found within `budget` more iterations; 0: none yet, or TREES_FULL, START_BLOCKED, GOALS_BLOCKED.
 

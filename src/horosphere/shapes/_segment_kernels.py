@@ -10,7 +10,7 @@ import numpy as np
 from ..kernels import jit
 
 # called from compiled code alone, and nothing is allocated: compiles sooner
-inner = partial(jit, _nrt=False, no_cpython_wrapper=True, no_cfunc_wrapper=True)
+inner = partial(jit, _nrt=False, part=True)
 
 
 @inner

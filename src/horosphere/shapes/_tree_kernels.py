@@ -20,7 +20,7 @@ from ..kernels import jit
 from ._segment_kernels import clamp, closest_parameters, inner, unit_normal_to
 
 # as `inner`, with arrays of its own; said aloud, since numba hands down the flag of the caller
-allocating = partial(jit, _nrt=True, no_cpython_wrapper=True, no_cfunc_wrapper=True)
+allocating = partial(jit, _nrt=True, part=True)
 
 DEPTH = 64
 SAMPLES = 33
