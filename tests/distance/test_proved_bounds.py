@@ -5,10 +5,14 @@ from decimal import Decimal
 import numpy as np
 import pytest
 from exact_distances import exact, norm, segment_to_segment, segment_to_solid
-from random_robots import rotation
+from random_robots import rotation, unit
 
+from horosphere.distance._pack import pack_robot
 from horosphere.distance._pair_kernels import segment_distance
 from horosphere.kernels import jit
+from horosphere.numeric import nearest_rotation
+from horosphere.robots import Capsules, Limits, Link, Robot
+from horosphere.robots._placement import from_quaternion_translation
 from horosphere.shapes import Box, Capsule, Cylinder, Ellipsoid, Mesh, ellipsoid_signed_distance
 from horosphere.shapes._pack import pack
 from horosphere.shapes._shells import unit_normals
@@ -188,3 +192,22 @@ def test_a_flat_triangle_in_a_closed_mesh_changes_nothing():
         x = rng.normal(size=(200, 3)) * [1.0, 1.0, 0.3]
         np.testing.assert_allclose(split.signed_distance(x), whole.signed_distance(x), atol=1e-14)
         assert (split.signed_distance(v.mean(axis=0, keepdims=True)) < 0.0).all()
+
+
+def test_what_is_nearly_a_rotation_is_made_one():
+    """Nine digits, as files have them: distances in a frame that stretches would be off in the ninth digit too."""
+    rng = np.random.default_rng(11)
+    for n in (2, 3, 5):
+        Q = np.linalg.qr(rng.normal(size=(n, n)))[0]
+        near = Q + 3e-10 * rng.normal(size=(n, n))
+        R = nearest_rotation(near)
+        assert np.abs(R.T @ R - np.eye(n)).max() < 1e-15 and np.abs(R - near).max() < 2e-9
+    R = np.round(rotation(rng), 9)
+    assert np.abs(R @ R.T - np.eye(3)).max() > 1e-12
+    box = Box([0, 0, 0], [0.1, 0.2, 0.3], R)
+    assert np.abs(box.rotation.T @ box.rotation - np.eye(3)).max() < 1e-15
+    motor = from_quaternion_translation((1 + 1e-10) * unit(rng, 4), rng.normal(size=3))
+    links = (Link("base", -1, [1.0, 0, 0, 0, 0, 0, 0, 0]), Link("turning", 0, motor, "revolute", [0, 0, 1.0], 0))
+    robot = Robot("r", links, 1, ("q",), Limits.unlimited(1), capsules=Capsules([1], [[0, 0, 0]], [[1, 0, 0]], [0.1]))
+    C = pack_robot(robot).constants[1, :9].reshape(3, 3)
+    assert np.abs(C.T @ C - np.eye(3)).max() < 2e-15

@@ -103,7 +103,7 @@ def clearance_bound(
     W = W if W.flags.writeable else W.copy()
     body, solids = pack_robot(robot, static), pack_obstacles(obstacles)
     pairs = body.pairs if self_collision else body.pairs[:0]
-    slack = rounding_slack(body, solids, W)
+    slack, blur = rounding_slack(body, solids, W)
     if not len(body.capsules) or not (len(solids.rows) or len(pairs)):
         return ClearanceBound(math.inf, math.inf, float(margin), None, None, (), slack, 0)
     kinds = np.array([tolerance, relative])
@@ -118,6 +118,7 @@ def clearance_bound(
             W,
             margin,
             slack,
+            blur,
             kinds,
             RESOLUTION,
             max_evaluations,
@@ -153,8 +154,11 @@ def clearance_bound(
     return ClearanceBound(lower, upper, float(margin), nearest, violation, unresolved, slack, evaluations)
 
 
-def rounding_slack(body: Body, solids: Packed, waypoints: Floats) -> float:
-    """What float64 can lose in a bound (m), whatever the bodies: derived term by term in docs/certificate.md."""
+def rounding_slack(body: Body, solids: Packed, waypoints: Floats) -> tuple[float, float]:
+    """What float64 can lose in a bound, whatever the bodies, and in the distance of a point from a joint's axis (m).
+
+    Derived term by term in docs/certificate.md.
+    """
     C, kind, coordinate = body.constants, body.joints[:, 1], body.joints[:, 2]
     largest = np.abs(waypoints).max(axis=0, initial=0.0)
     value = np.abs(C[:, 12]) * np.append(largest, 0.0)[coordinate] + np.abs(C[:, 13])
@@ -165,4 +169,5 @@ def rounding_slack(body: Body, solids: Packed, waypoints: Floats) -> float:
     rows = solids.rows
     size = np.linalg.norm(rows[:, 1:4], axis=1) + np.where(np.isfinite(rows[:, 4]), rows[:, 4], 0.0)
     both = D + float(size.max(initial=0.0)) + float(body.capsules[:, 6].max(initial=0.0))
-    return ROUNDING * (2.0 * (n + 1) * (27.0 + 7.0 * A) * D + (20.0 * n + 200.0) * both)
+    slack = 2.0 * (n + 1) * (27.0 + 7.0 * A) * D + (20.0 * n + 200.0) * both
+    return ROUNDING * slack, ROUNDING * (n + 1) * (88.0 + 22.0 * A) * D

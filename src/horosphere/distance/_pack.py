@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ..numeric import nearest_rotation
 from ..robots import Robot
 from ..robots._placement import rotation_translation
 
@@ -44,6 +45,7 @@ def _pack(robot: Robot) -> Body:
     at: list[tuple[int, Floats, Floats]] = []  # of each link: moving frame, rotation and translation in it
     for link in robot.links:
         R, t = rotation_translation(link.origin)
+        R = nearest_rotation(R)
         frame = 0
         if link.parent >= 0:
             frame, R0, t0 = at[link.parent]
