@@ -126,9 +126,13 @@ def segment_to_solid(solid, a, u):
     return best
 
 
-def segment_to_segment(a, u, b, v):
-    """Exact: the least of a convex quadratic over the unit square, in rationals, then one square root to 60 digits."""
-    a, u, b, v = ([Fraction(float(x)) for x in w] for w in (a, u, b, v))
+def segment_to_segment(a, u, b, v, ends=False):
+    """Exact: the least of a convex quadratic over the unit square, in rationals, then one square root to 60 digits.
+
+    With `ends`, v is the other end of the second segment, not its vector.
+    """
+    a, u, b, v = ([x if isinstance(x, Fraction) else Fraction(float(x)) for x in w] for w in (a, u, b, v))
+    v = [x - y for x, y in zip(v, b)] if ends else v
     w = [y - x for x, y in zip(a, b)]
 
     def dot(p, q):
@@ -149,3 +153,38 @@ def segment_to_segment(a, u, b, v):
     with localcontext() as context:
         context.prec = 60
         return (Decimal(least.numerator) / Decimal(least.denominator)).sqrt()
+
+
+def segment_to_triangle(a, u, corners):
+    """Exact but for square roots: 0 if the segment crosses, else the nearest of three edges and the heights of its ends."""
+    exactly = [[Fraction(float(x)) for x in p] for p in (a, u, *corners)]
+    a_, u_, p, q, r = exactly
+
+    def minus(x, y):
+        return [i - j for i, j in zip(x, y)]
+
+    def dot(x, y):
+        return sum(i * j for i, j in zip(x, y))
+
+    def cross(x, y):
+        return [x[1] * y[2] - x[2] * y[1], x[2] * y[0] - x[0] * y[2], x[0] * y[1] - x[1] * y[0]]
+
+    least = min(segment_to_segment(a, u, s, t, ends=True) for s, t in ((p, q), (q, r), (r, p)))
+    n = cross(minus(q, p), minus(r, p))
+    square = dot(n, n)
+    if not square:
+        return least
+
+    def within(x):
+        return all(dot(n, cross(minus(t, s), minus(x, s))) >= 0 for s, t in ((p, q), (q, r), (r, p)))
+
+    end = [i + j for i, j in zip(a_, u_)]
+    heights = [dot(n, minus(x, p)) for x in (a_, end)]
+    if heights[0] * heights[1] <= 0 and heights[0] != heights[1]:
+        share = heights[0] / (heights[0] - heights[1])
+        if within([i + share * j for i, j in zip(a_, u_)]):
+            return ZERO
+    for x, h in zip((a_, end), heights):
+        if within(x):
+            least = min(least, (Decimal((h * h / square).numerator) / Decimal((h * h / square).denominator)).sqrt())
+    return least

@@ -11,17 +11,20 @@ DEPTH = 64
 
 
 @jit
-def bound_path(J, C, L, K, S, P, W, margin, slack, tolerance, resolution, budget, first, gaps, out, F):
+def bound_path(J, C, L, K, S, P, W, margin, slack, blur, tolerance, resolution, budget, first, gaps, out, F):
     """Bounds of the least clearance while the joints run straight through the waypoints W (k, n).
 
     An interval is settled when its lower bound reaches `need`: within the tolerance (absolute, relative) of the smallest
     clearance seen, and the margin, unless a sample already breaks that. It is given up as a gap when nothing moves by more than
     `resolution` on it, or after `budget` probes. With `first`, `need` is the margin alone, and the search goes left once a
     sample breaks it: what it ends with is the first violation in time.
+    `slack` is taken off bounds for rounding, `blur` added to the distances of points from axes.
     out: 0 lower bound, 1 smallest clearance seen, 2-5 its segment, fraction, item, other, 6 probes, 7 gaps, 8 worst bound of a
     gap. gaps (g, 4): segment, from, to (fractions), lower bound; later ones widen the last row.
     """
-    T, X = np.empty((J.shape[0], 12)), np.empty((L.shape[0], 7))
+    T, X = np.empty((J.shape[0], 12)), np.empty((L.shape[0], 8))
+    for i in range(X.shape[0]):
+        X[i, 7] = blur
     n = W.shape[1]
     q, h, nothing = np.empty(n), np.empty(n), np.empty(0)
     middle, half, known = np.empty(DEPTH), np.empty(DEPTH), np.empty(DEPTH)

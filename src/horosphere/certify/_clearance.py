@@ -100,7 +100,7 @@ def clearance_bound(
     W = W if W.flags.writeable else W.copy()
     body, solids = pack_robot(robot, static), pack_obstacles(obstacles)
     pairs = body.pairs if self_collision else body.pairs[:0]
-    slack = rounding_slack(body, solids, W)
+    slack, blur = rounding_slack(body, solids, W)
     if not len(body.capsules) or not (len(solids.rows) or len(pairs)):
         return ClearanceBound(math.inf, math.inf, float(margin), None, None, (), slack, 0)
     kinds = np.array([tolerance, relative])
@@ -115,6 +115,7 @@ def clearance_bound(
             W,
             margin,
             slack,
+            blur,
             kinds,
             RESOLUTION,
             max_evaluations,

@@ -7,6 +7,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from ..numeric import nearest_rotation
 from ..scenes import Aerofoil, EllipsoidND, Star
 
 Floats = NDArray[np.float64]
@@ -18,8 +19,7 @@ def ellipsoid_distance(solid: EllipsoidND) -> Callable[[Floats], Floats]:
     from ..shapes import ellipsoid_signed_distance
 
     assert solid.rotation is not None
-    center, axes, R = solid.center, solid.semi_axes, solid.rotation
-    rotation = 0.5 * R @ (3.0 * np.eye(len(R)) - R.T @ R)  # given to 1e-9: a step of Newton towards the nearest one
+    center, axes, rotation = solid.center, solid.semi_axes, nearest_rotation(solid.rotation)
     return lambda points: ellipsoid_signed_distance((points - center) @ rotation, axes)
 
 

@@ -9,7 +9,8 @@ points, and a point costs 9 products with a matrix.
   K (m, 8): ends a, b, radius, radius of a ball about the middle that holds it
   P (p, 3) int64: pairs of capsules, and the frame both hang from
   F: what the rows S need beside them (`Packed.extra`), and which capsules (m) may touch which solids, or None: see `allowance`
-  T (k, 12): world frames, rotation by rows and position      X (m, 7): world end a, vector b - a, reach of the motion
+  T (k, 12): world frames, rotation by rows and position      X (m, 8): world end a, vector b - a, reach of the
+  motion, and what is added to distances from axes for their rounding
 """
 
 from __future__ import annotations
@@ -74,7 +75,7 @@ def reach(J, C, T, X, i, k, stop, h):
                 x, y, z = x + X[i, 3], y + X[i, 4], z + X[i, 5]
                 cx, cy, cz = y * zz - z * zy, z * zx - x * zz, x * zy - y * zx
                 far = max(far, cx * cx + cy * cy + cz * cz)
-                moved += rate * (math.sqrt(far) + moved)
+                moved += rate * (math.sqrt(far) + X[i, 7] + moved)
             else:
                 moved += rate
         k = J[k, 0]
@@ -170,7 +171,7 @@ def add_slope(J, C, T, k, x, y, z, nx, ny, nz, g):
 @jit
 def signed_batch(J, C, L, K, S, P, Q, D, G, F):
     """Least signed distance D (b,) of configurations Q (b, n), and its gradient G (b, n) if G has rows."""
-    T, X, h = np.empty((J.shape[0], 12)), np.empty((L.shape[0], 7)), np.empty(0)
+    T, X, h = np.empty((J.shape[0], 12)), np.empty((L.shape[0], 8)), np.empty(0)
     for b in range(Q.shape[0]):
         D[b], _, i, j = probe(J, C, L, K, S, P, Q[b], h, np.inf, T, X, F)
         if G.shape[0] > 0:
@@ -196,7 +197,7 @@ def signed_batch(J, C, L, K, S, P, Q, D, G, F):
 @jit
 def table_into(J, C, L, K, S, P, q, W, F):
     """Every capsule against every solid, then every self pair: W (m s + p, 7) = distance, point on the axis, direction."""
-    T, X = np.empty((J.shape[0], 12)), np.empty((L.shape[0], 7))
+    T, X = np.empty((J.shape[0], 12)), np.empty((L.shape[0], 8))
     place(J, C, L, K, q, T, X)
     solids = S.shape[0]
     for row in range(W.shape[0]):

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ..numeric import nearest_rotation
 from ..robots import Robot
 from ..robots._placement import rotation_translation
 from ..shapes import Packed
@@ -46,6 +47,7 @@ def _pack(robot: Robot) -> Body:
     at: list[tuple[int, Floats, Floats]] = []  # of each link: moving frame, rotation and translation in it
     for link in robot.links:
         R, t = rotation_translation(link.origin)
+        R = nearest_rotation(R)
         frame = 0
         if link.parent >= 0:
             frame, R0, t0 = at[link.parent]
@@ -99,8 +101,11 @@ def _self_pairs(robot: Robot, frames: Integers, parents: list[int]) -> Integers:
     return np.array(rows, np.int64).reshape(-1, 3)
 
 
-def rounding_slack(body: Body, solids: Packed, waypoints: Floats) -> float:
-    """What float64 can lose in a bound (m), whatever the bodies: derived term by term in docs/certificate.md."""
+def rounding_slack(body: Body, solids: Packed, waypoints: Floats) -> tuple[float, float]:
+    """What float64 can lose in a bound, whatever the bodies, and in the distance of a point from a joint's axis (m).
+
+    Derived term by term in docs/certificate.md.
+    """
     C, kind, coordinate = body.constants, body.joints[:, 1], body.joints[:, 2]
     largest = np.abs(waypoints).max(axis=0, initial=0.0)
     value = np.abs(C[:, 12]) * np.append(largest, 0.0)[coordinate] + np.abs(C[:, 13])
@@ -111,4 +116,5 @@ def rounding_slack(body: Body, solids: Packed, waypoints: Floats) -> float:
     rows = solids.rows
     size = np.linalg.norm(rows[:, 1:4], axis=1) + np.where(np.isfinite(rows[:, 4]), rows[:, 4], 0.0)
     both = D + float(size.max(initial=0.0)) + float(body.capsules[:, 6].max(initial=0.0))
-    return ROUNDING * (2.0 * (n + 1) * (27.0 + 7.0 * A) * D + (20.0 * n + 200.0) * both)
+    slack = 2.0 * (n + 1) * (27.0 + 7.0 * A) * D + (20.0 * n + 200.0) * both
+    return ROUNDING * slack, ROUNDING * (n + 1) * (88.0 + 22.0 * A) * D

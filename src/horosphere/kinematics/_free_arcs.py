@@ -179,7 +179,7 @@ class _Room:
         if touch is None:
             touch = np.zeros((len(body.capsules), len(solids.rows)), bool)
         held = body.frames == (one.path[-1] if one.holds_tool else -2)
-        slack = rounding_slack(body, solids, np.full((1, robot.n_joints), 2.0 * np.pi)) + _POSE
+        slack = rounding_slack(body, solids, np.full((1, robot.n_joints), 2.0 * np.pi))[0] + _POSE
         unlimited = np.full(robot.n_joints, np.inf)
         wishes = ["inside the joint limits" if limits else "within reach"]
         if len(solids.rows):

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InputError
-from ..numeric import float_array
+from ..numeric import float_array, nearest_rotation
 
 Floats = NDArray[np.float64]
 
@@ -52,7 +52,7 @@ def number(value: Any, place: str, *, positive: bool = False) -> float:
 
 
 def rotation_matrix(value: ArrayLike | None, place: str) -> Floats:
-    """A proper rotation (3, 3), given to 1e-9; what rounds by more than 1e-15 is made one. None is the identity."""
+    """A proper rotation (3, 3), given to 1e-9 and made one to rounding. None is the identity."""
     R = private(np.eye(3) if value is None else value, place, last=3, ndim=2)
     if R.shape != (3, 3):
         raise InputError(f"expected shape (3, 3), got {R.shape}", place=place)
@@ -63,9 +63,7 @@ def rotation_matrix(value: ArrayLike | None, place: str) -> Floats:
         )
     if np.linalg.det(R) < 0.0:
         raise InputError("a reflection (determinant -1), not a rotation", place=place, remedy="flip one column")
-    if error > 1e-15:  # a step of Newton towards the nearest one: 1e-9 becomes 1e-18, and distances may be trusted
-        R = private(0.5 * R @ (3.0 * np.eye(3) - R.T @ R), place, last=3, ndim=2)
-    return R
+    return private(nearest_rotation(R), place, last=3, ndim=2)
 
 
 def points_of(value: ArrayLike, dimension: int) -> Floats:

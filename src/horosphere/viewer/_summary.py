@@ -126,7 +126,12 @@ def _clearance(certificate: Any, scene: Scene, certified: bool) -> str:
         return "nothing to keep clear of" if value > 0 else "none"
     unit = getattr(scene.robot, "unit", "m")
     least = bound(value, unit=unit)
-    required = f"(required {1e3 * scene.options.clearance:g} m{unit})"
+    asked = 1e3 * scene.options.clearance
+    required = (
+        f"(required {asked:.1f} m{unit})"
+        if f"{asked:.6g}" == f"{round(asked, 1):.6g}"
+        else f"(required {asked:g} m{unit})"
+    )
     return f"at least {least} {required}" if certified else f"not certified; bound {least} {required}"
 
 
