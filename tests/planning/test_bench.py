@@ -52,8 +52,9 @@ def test_a_sample_of_the_public_problems(panda, problems):
 
 def test_the_invalid_problem_is_explained(panda, problems):
     [problem] = [p for s, p in problems if s.startswith("table_pick") and p.name == "scene0041"]
-    result = connect(panda, problem.start_of(panda), problem.goal_of(panda).q, problem.obstacles)
-    assert not result.solved and result.reason.startswith("goal: 'panda_hand' is 3.6 mm inside 'Object3'")
+    for planner in (connect, lambda *a: react(*a, time_limit=0.1)):
+        result = planner(panda, problem.start_of(panda), problem.goal_of(panda).q, problem.obstacles)
+        assert not result.solved and result.reason.startswith("goal: 'panda_hand' is 3.6 mm inside 'Object3'")
 
 
 def test_the_reactive_law_on_a_sample(panda, problems):
@@ -79,6 +80,9 @@ def test_sampled_clearance_by_hand(panda):
     path[1] += 0.1
     outer, inner = sampled_clearance(panda, path, [Ball([-0.5, 0.0, 0.05], 0.1)], 50)
     assert abs(outer - 0.32) < 1e-12 and inner > 0
+    base = Ball([-0.5, 0.0, 0.05], 0.1, name="post")
+    allowed = panda.with_allowed(("panda_link0", "post"))
+    assert sampled_clearance(allowed, path, [base], 50)[0] > sampled_clearance(panda, path, [base], 50)[0] == outer
 
 
 def test_bench_runs_and_sums_up(shared_data, problems, tmp_path):

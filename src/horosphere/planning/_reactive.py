@@ -14,6 +14,7 @@ from ..shapes import as_shapes
 from ._tree import Search, TreeResult
 from ._tree_room import halton
 from ._tree_space import COVER, RUNGS, Space
+from ._world import nearest_contact
 
 Floats = NDArray[np.float64]
 STEP = 0.1
@@ -22,7 +23,7 @@ SIGHT = 1 / 16
 """How near something must be to be heeded, as a share of the robot's reach (7 cm an arm)."""
 SELF_SIGHT = 1 / 40
 GAIN, SWEEPS, MOST, ROWS = 0.8, 10, 150, 96
-VIAS = 64
+VIAS = 128
 """Via poses tried: the middle of the limits turned towards either end, then points of a Halton sequence."""
 
 
@@ -62,7 +63,21 @@ def react(
         found = law.run(inside, margins, vias, deadline, rung)
         if found is not None or perf_counter() > deadline:
             break
-    return found or search.failed("the reactive law got stuck from both ends and at every via pose")
+    return found or search.failed(_why(search, inside))
+
+
+def _why(search: Search, inside: list[int]) -> str:
+    """Why there is no path: an end that is not free, if there is one."""
+
+    def contact(q: Floats) -> str | None:
+        return nearest_contact(search.robot, q, search.shapes, search.clearance, search.self_clearance)
+
+    blocked = [contact(search.goals[g]) for g in inside]
+    if text := contact(search.start):
+        return f"start: {text}"
+    if all(blocked):
+        return f"goal: {blocked[0]}"
+    return "the reactive law got stuck from both ends and at every via pose"
 
 
 class _Law:

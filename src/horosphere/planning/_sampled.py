@@ -20,7 +20,8 @@ ALONG = 33
 def clearances(robot: Robot, q: Floats, obstacles: Iterable[Any]) -> tuple[Floats, Floats]:
     """Distances (k,), (k,) in metres of configurations (k, n) to obstacles, and between the robot's own pairs of links.
 
-    Against obstacles a capsule is taken as balls along its segment. Bodies that no joint moves count too.
+    Against obstacles a capsule is taken as balls along its segment. Bodies that no joint moves count too, pairs of
+    `robot.allowed_obstacles` do not.
     """
     bodies = robot.capsules
     poses = link_frames(robot.links, q)[:, bodies.link]
@@ -29,8 +30,11 @@ def clearances(robot: Robot, q: Floats, obstacles: Iterable[Any]) -> tuple[Float
     shares = np.linspace(0.0, 1.0, ALONG if (bodies.a != bodies.b).any() else 1)[:, None, None]
     points = a[None] + shares[..., None] * (b - a)[None]
     if len(bodies):
+        names = [robot.link_names[link] for link in bodies.link]
         for shape in obstacles:
-            outer = np.minimum(outer, (shape.signed_distance(points) - bodies.radius).min(axis=(0, 2)))
+            gaps = (shape.signed_distance(points) - bodies.radius).min(axis=0)
+            gaps[:, [(name, shape.name) in robot.allowed_obstacles for name in names]] = np.inf
+            outer = np.minimum(outer, gaps.min(axis=1))
     for i, j in robot.self_pairs:
         first, second = np.flatnonzero(bodies.link == i), np.flatnonzero(bodies.link == j)
         m, n = np.repeat(first, len(second)), np.tile(second, len(first))
