@@ -12,7 +12,7 @@ from ..shapes import Mesh
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
-CELLS = 120_000
+CELLS = 150_000
 """Cells of the grid over the box of a mesh, about."""
 FINE = 1.7
 """Longest edge, in cells, of the triangles that mark the grid with their corners and the middles of their edges: no point of one
