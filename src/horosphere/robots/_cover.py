@@ -18,7 +18,7 @@ from ._urdf import Shape, Urdf
 
 Kind = Literal["capsules", "spheres"]
 Source = Literal["auto", "collision", "visual"]
-BUDGETS = {"capsules": 32, "spheres": 48}
+BUDGETS = {"capsules": 40, "spheres": 48}
 TOLERANCE = 0.015
 """Metres; the default for geometry of five times that size and more, a fifth of the size for smaller one."""
 SIDES = 32

@@ -50,7 +50,7 @@ def load(
     leaf). Joints beside that chain are locked at zero, or at the limit nearest to it; a joint that mimics one of the chain moves
     with it. `locked`: joints of the chain to lock, with their values (rad, m).
     srdf: a MoveIt SRDF; the pairs of links that it disables are not checked against each other.
-    collision, budget, tolerance: geometry is covered by capsules (at most 32 round the meshes of a link, or `budget`) or by
+    collision, budget, tolerance: geometry is covered by capsules (at most 40 round the meshes of a link, or `budget`) or by
     spheres (48), no more than a slack of `tolerance` (m; 1.5 cm, or a fifth of the size of small links) needs. It lies inside
     them. `geometry`: which of the URDF's is covered; "auto" is collision, and visual for links that have no collision geometry
     or whose collision meshes cannot be read.

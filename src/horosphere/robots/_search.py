@@ -55,6 +55,8 @@ class Search:
 
     def polished(self, axes: Floats, which: NDArray[np.bool_], slack: float) -> tuple[Floats, float]:
         """Axes moved to hold the chosen points with a slack, and the slack with which they do."""
+        if not len(axes) or not which.any():
+            return axes, 0.0 if len(axes) else np.inf
         points, axes, s = np.ascontiguousarray(self.points[:, which]), axes.copy(), self.solid
         given = (points, slack, self.capsules, 2.0 * slack, self._turned(), axes, ROUNDS)
         return axes, float(polish(s.field, s.middle, s.cell, *given))
@@ -88,6 +90,8 @@ def find_axes(solid: Solid, budget: int, tolerance: float, capsules: bool, seed:
             break
         slack *= 1.3 if bare > 0.04 * len(chosen) else 1.1
     axes, _ = search.grown(np.ones(search.points.shape[1], bool), slack, 2 * budget + 4)
+    if not len(axes):
+        axes = np.tile(0.5 * (surface.min(axis=0) + surface.max(axis=0)), 2)[None]
     for look in range(LOOKS):
         axes, slack = _settled(search, axes, slack, budget, tolerance, 0 if look else REPAIRS)
         over = search.lacks(axes, everything).min(axis=0) - slack

@@ -12,7 +12,7 @@ from ..shapes import Mesh
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
-CELLS = 200_000
+CELLS = 150_000
 """Cells of the grid over the box of a mesh, about."""
 FINE = 1.7
 """Longest edge, in cells, of the triangles that mark the grid with their corners and the middles of their edges: no point of one
@@ -138,7 +138,7 @@ def _field(enclosed: NDArray[np.bool_], outside: NDArray[np.bool_], middle: Floa
 
     inward: Any = distance_transform_edt(enclosed, return_indices=True)
     outward = np.asarray(distance_transform_edt(outside))
-    skin = (np.asarray(inward[0]) < SKIN) & (outward < SKIN)
+    skin = (np.asarray(inward[0]) < SKIN) & (outward < 1.1)
     field = np.zeros(enclosed.shape)
     field[skin] = -mesh.signed_distance(middle + np.argwhere(skin) * cell)
     field[skin & enclosed] = np.abs(field[skin & enclosed])
@@ -209,9 +209,9 @@ def thinned(points: NDArray[Any], most: int) -> NDArray[Any]:
     """At most so many of points (m, 3), spread evenly: the first one in each cell of a grid."""
     if len(points) <= most:
         return points
-    side = float(np.ptp(points, axis=0).max()) / most**0.5 + 1e-9
+    side = 1.5 * float(np.ptp(points, axis=0).max()) / most**0.5 + 1e-9
     while True:
         first = np.unique(_keys(points, side), return_index=True)[1]
         if len(first) <= most:
             return points[np.sort(first)]
-        side *= 1.15
+        side *= 1.25
