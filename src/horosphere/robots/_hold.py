@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ._bodies import GRAIN, Body, Floats, distance_to_axis
 from ._search_kernels import corners_within
@@ -25,7 +24,7 @@ def bodies_about(solid: Solid, axes: Floats, depth: Floats, slack: float) -> lis
         rest = shape
         for level in range(CUTS + 1):
             needs = _needs(rest, axes)
-            held = (needs <= radius[:, None]).any(axis=0)
+            held = np.asarray((needs <= radius[:, None]).any(axis=0))
             if level == CUTS and not held.all():
                 owner = (needs - radius[:, None])[:, ~held].argmin(axis=0)
                 np.maximum.at(radius, owner, needs[:, ~held][owner, np.arange(len(owner))])
@@ -84,9 +83,3 @@ def _octants(boxes: Floats) -> Floats:
     lows = corners_of(low, middle)  # the lowest corners of the eight
     half = 0.5 * (high - low)
     return corners_of(lows.reshape(-1, 3), (lows + half[:, None]).reshape(-1, 3))
-
-
-def pieces_held(pieces: Floats, bodies: list[Body]) -> NDArray[np.bool_]:
-    """Which pieces (m, c, 3) lie in one of the bodies."""
-    axes = np.array([[*body.a, *body.b] for body in bodies])
-    return (_needs(pieces, axes) <= np.array([body.radius for body in bodies])[:, None]).any(axis=0)
