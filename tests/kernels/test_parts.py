@@ -8,7 +8,7 @@ import sys
 import numpy as np
 import pytest
 
-from horosphere.kernels import jit
+from horosphere.kernels._parts import remembering
 
 MODULE = """
 import math, sys
@@ -66,10 +66,12 @@ def test_a_remembered_type_is_what_numba_finds():
     from numba.core import types
     from numba.core.registry import cpu_target
 
-    jit(lambda x: x)  # remembers from here on
     context = cpu_target.typing_context
     context.refresh()
-    plain = types.Function.get_call_type.__wrapped__
+    plain = types.Function.get_call_type
+    with remembering():
+        remembered = types.Function.get_call_type
+    assert types.Function.get_call_type is plain and remembered is not plain  # others' functions are compiled as ever
     matrix = types.Array(types.float64, 2, "C")
     kinds = [
         types.int64,
@@ -88,7 +90,7 @@ def test_a_remembered_type_is_what_numba_finds():
         f, arguments = asked[k]
         function = context.resolve_value_type(f)
         answers = []
-        for ask in (plain, types.Function.get_call_type):
+        for ask in (plain, remembered):
             try:
                 signature = ask(function, context, arguments, {})
                 answers.append((signature, function.get_impl_key(signature)))

@@ -18,7 +18,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from ._parts import part_compiler, remember_types
+from ._parts import part_compiler, remembering
 
 PACKAGE = Path(__file__).resolve().parent.parent
 OPTIONS: dict[str, Any] = {"fastmath": {"contract", "nsz"}, "error_model": "numpy", "nogil": True}
@@ -97,7 +97,13 @@ def attach_cache(dispatcher, content: str) -> None:
     from numba.core.caching import CompileResultCacheImpl, FunctionCache, _CacheLocator
 
     pause_garbage_collection()
-    remember_types()
+    compile_plainly = dispatcher.compile
+
+    def compile_remembering(signature):
+        with remembering():
+            return compile_plainly(signature)
+
+    dispatcher.compile = compile_remembering
 
     class Locator(_CacheLocator):
         def __init__(self, function) -> None:
@@ -156,7 +162,6 @@ def jit(function: Callable | None = None, *, part: bool = False, **options) -> A
             return f
         chosen: dict[str, Any] = {**OPTIONS, "no_cfunc_wrapper": True, **options}
         if part:
-            remember_types()
             chosen |= {"pipeline_class": part_compiler(), "no_cpython_wrapper": True}
             return njit(**chosen)(f)
         dispatcher = njit(**chosen)(f)

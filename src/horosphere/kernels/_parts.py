@@ -6,6 +6,8 @@ functions that are only ever inlined, and the types of the same operators over a
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import cache, wraps
 from typing import Any
 
@@ -65,14 +67,29 @@ def part_compiler() -> Any:
     return PartCompiler
 
 
-@cache
-def remember_types() -> None:
-    """Let numba look up the type of the same operator on the same types once.
+@contextmanager
+def remembering() -> Iterator[None]:
+    """While one of our functions is compiled: numba looks up the type of the same operator on the same types once.
 
     It tries all that an operator may mean at every place where it stands, and compares its flags anew for each: a third of the time
-    that a kernel of scalars and arrays takes. What is kept is the signature and which implementation it led to, by context, flags
-    and argument types; it is what numba would find again.
+    that a kernel of scalars and arrays takes. Other people's functions are compiled as ever: the lock is the one that numba holds
+    while it compiles.
     """
+    from numba.core import types
+    from numba.core.compiler_lock import global_compiler_lock
+
+    with global_compiler_lock:
+        before = types.Function.get_call_type
+        types.Function.get_call_type = _remembered_call_type()
+        try:
+            yield
+        finally:
+            types.Function.get_call_type = before
+
+
+@cache
+def _remembered_call_type() -> Any:
+    """`types.Function.get_call_type` with a memory: the signature and the implementation it led to, by context, flags and types."""
     from numba.core import types
     from numba.core.targetconfig import ConfigStack
 
@@ -103,4 +120,4 @@ def remember_types() -> None:
         self._impl_keys[signature.args] = implementation
         return signature
 
-    types.Function.get_call_type = get_call_type
+    return get_call_type
