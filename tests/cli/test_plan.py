@@ -238,5 +238,5 @@ def test_a_configuration_space_is_measured_in_radians(run, tmp_path):
     result = run("plan", "rn-fig6-revolute-arm", "--out", tmp_path, "--no-report")
     assert result.code == 0
     said = result.out.split("note:")[0]
-    assert re.search(r"closer than [\d.]+ mrad to any obstacle", said) and "required 10 mrad" in said
+    assert re.search(r"closer than [\d.]+ mrad to any obstacle", said) and "required 10.0 mrad" in said
     assert not re.search(r"\d (mm|m)\b", said), said

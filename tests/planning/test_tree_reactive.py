@@ -97,7 +97,7 @@ def test_the_law_alone_goes_round_a_ball_and_says_when_it_is_stuck():
     assert clearances(robot, middle[None], [ball])[0][0] < 0.0
     around = react(robot, start, goal, [ball], vias=0)
     assert around.solved and len(around.waypoints) > 3
-    wall = [Box([0.6, 0.0, 0.7], [0.5, 0.02, 0.7])]
+    wall = [Box([0.8, 0.0, 0.7], [0.5, 0.02, 0.7])]
     stuck = react(robot, start, goal, wall, vias=0)
     assert not stuck.solved and "stuck" in stuck.reason
     with pytest.raises(InputError, match="start"):
