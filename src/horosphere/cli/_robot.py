@@ -54,9 +54,9 @@ def robot(
     collision
         What meshes are covered by.
     budget
-        At most so many bodies round the meshes of a link: 16 capsules or 32 spheres by default.
+        At most so many bodies round the meshes of a link: 40 capsules or 48 spheres by default.
     tolerance
-        Metres; no more bodies than keep them from standing out of the meshes further than this: 0.02, or a fifth of a small link.
+        Metres; no more bodies than keep them from standing out of the meshes further than this: 0.015, or a fifth of a small link.
     geometry
         What is covered: `auto` is the collision geometry, and the visual one where that is missing.
     pairs
