@@ -126,9 +126,11 @@ def _from_urdf(path: Path, given: Given, options: CoverOptions) -> Robot:
     files: dict[str, Any] = {}
     tell = given.progress or (lambda what: None)
     covers: dict[str, LinkCover] = {}
+    shaped = [link.name for link in chain.links if urdf.collisions[link.name] or urdf.visuals[link.name]]
     for link in chain.links:
         if link.name not in sidecar:
-            tell(f"covering {link.name}")
+            if link.name in shaped:
+                tell(f"covering {link.name} ({shaped.index(link.name) + 1} of {len(shaped)})")
             covers[link.name] = cover_link(urdf, link.name, options, files)
     tell("choosing the pairs of links to check")
     notes += _cover_notes(covers, options)
