@@ -5,8 +5,12 @@ import re
 import subprocess
 import sys
 
+import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
+from horosphere import kinematics, robots
+from horosphere.cli import _output
 from horosphere.cli._app import build
 
 COMMANDS = sorted(name for name in build() if not name.startswith("-") and name not in ("snake", "bench"))
@@ -27,7 +31,35 @@ def test_a_first_scene_plans_as_it_stands(run, shared_data, tmp_path, file, opti
     assert made.code == 0 and "first.yaml" in made.out
     planned = run("plan", path, "--out", tmp_path / "out", "--no-report", "--time", "0")
     assert planned.code == 0 and "Solved and certified" in planned.out
-    assert "robot" in path.read_text() and "table" in path.read_text()
+    assert "robot" in path.read_text() and "table" in path.read_text() and "name: first" in path.read_text()
+
+
+def test_a_robot_says_where_its_tool_is(run):
+    said, data = run("robot", "panda"), json.loads(run("robot", "panda", "--json").out)
+    panda = robots.load("panda")
+    place = data["tool_pose"]
+    assert np.allclose(place["q"], 0.5 * (panda.limits.lower + panda.limits.upper))
+    at = kinematics.forward(panda, np.array(place["q"]))
+    assert np.allclose(at.translation, place["position"]) and "Tool " in said.out
+    turn = Rotation.from_quat(place["quaternion_wxyz"], scalar_first=True).as_matrix()
+    assert np.allclose(turn, at.as_matrix()[:3, :3])
+    seen = kinematics.forward(panda, np.random.default_rng(0).uniform(panda.limits.lower, panda.limits.upper, (500, 7)))
+    assert np.linalg.norm(seen.translation - [0, 0, 0.333], axis=1).max() < data["reach"] < 2.0
+
+
+@pytest.mark.parametrize("writable", [True, False])
+def test_a_cache_folder_that_cannot_be_written_is_said_once(monkeypatch, capsys, tmp_path, writable):
+    (tmp_path / "file").write_text("no folder")
+    monkeypatch.setenv("HOROSPHERE_CACHE", str(tmp_path / ("new" if writable else "file")))
+    progress = _output.Working("planning")
+    progress._started -= 10.0
+    for name, value in (("_heard", []), ("_lost", []), ("_compiling", [progress])):
+        monkeypatch.setattr(_output, name, value)
+    _output._compiled("first")
+    _output._compiled("second")
+    said = " ".join(capsys.readouterr().err.split())
+    assert said.count("compiled anew each time") == (0 if writable else 1)
+    assert ("then they come from the disk" in said) == writable
 
 
 def test_the_promised_commands_are_there():

@@ -108,6 +108,7 @@ def test_goal_out_of_reach(run, tmp_path):
     (folder / "trajectory.npz").write_bytes(b"of an earlier run")
     result = run("plan", tmp_path / "far.yaml", "--out", folder)
     assert result.code == 1 and result.out.startswith("Not solved: ")
+    assert "removed trajectory.npz of an earlier run" in " ".join(result.out.split())
     assert {p.name for p in folder.iterdir()} == {"certificate.json", "report.html"}  # nothing that no longer holds
     assert json.loads((folder / "certificate.json").read_text())["solved"] is False
 

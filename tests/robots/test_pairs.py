@@ -1,11 +1,14 @@
 """Pairs of links: each has its reason, no pair that a plan may touch is dropped, SRDF files, what stands still."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from horosphere import distance, kinematics, robots
 from horosphere.errors import InputError
-from horosphere.robots._pairs import ALWAYS, OFTEN, SAMPLES
+from horosphere.robots import LinkPair
+from horosphere.robots._pairs import ALWAYS, OFTEN, SAMPLES, _warnings
 
 from .mesh_arm import write_arm
 
@@ -91,12 +94,27 @@ def test_no_pair_that_may_touch_or_part_is_dropped(name):
 
 def test_pairs_that_often_overlap_stay_and_are_said(arm):
     robot = robots.load(arm[0], capsules={"link7": {"a": [0, 0, 0], "radius": 0.16}})
-    assert any("link5 / link7 NOT checked" in note for note in robot.notes)  # 512 of 512
+    assert any(
+        "1 pair of links is NOT checked" in note and "link5/link7 (512)" in note for note in robot.notes
+    )  # 512 of 512
     often = [p for p in robot.pair_table if p.checked and p.touching is not None and p.touching >= OFTEN]
     assert often
     for pair in often:
-        assert f"{pair.first} / {pair.second} are checked, though" in " ".join(robot.notes)
+        said = [note for note in robot.notes if "checked though" in note]
+        assert len(said) == 1 and f"{pair.first}/{pair.second} ({round(pair.touching * SAMPLES)})" in said[0]
         assert f"{round(pair.touching * SAMPLES)} of {SAMPLES}" in pair.reason
+
+
+def test_a_budget_is_named_only_where_it_is_of_use():
+    row = LinkPair("a", "b", False, "always touching", 1.0)
+    box, mesh = "box, slack at most 0.0100 m", "mesh of 12 triangles, slack at most 0.0100 m"
+    for notes, useful in (([box, "sphere, exact"], False), ([box, mesh], True)):
+        (note,) = _warnings([row], [], ["a", "b"], notes)
+        assert ("budget" in note) == useful and "a/b (512)" in note
+    (note,) = _warnings([row], [], ["a", *["b"] * 40], [box, *[mesh] * 40])
+    assert "budget" not in note  # none left
+    (note,) = _warnings([], [replace(row, checked=True)] * 2, ["a", "b"], [box, mesh])
+    assert note.startswith("2 pairs of links are checked though their bodies often overlap")
 
 
 def test_srdf_disables_pairs_and_chooses_the_chain(arm):

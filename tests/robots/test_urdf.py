@@ -132,6 +132,16 @@ def test_what_is_wrong_is_named_with_its_place(tmp_path, body, words):
         assert 1 <= line <= 5
 
 
+def test_likely_tips_come_first(tmp_path):
+    names = ["base", "a", "b", "c", "d", "wrist", "l_gripper", "l_finger_tip", "hand_camera"]
+    body = links(*names)
+    for k, (one, two) in enumerate(zip(names[:7], names[1:7])):
+        body += joint(f"j{k}", "revolute", one, two)
+    body += joint("f", "revolute", "l_gripper", "l_finger_tip") + joint("g", "revolute", "l_gripper", "hand_camera")
+    with pytest.raises(InputError, match=r"be it: l_gripper \(6 joints\), wrist \(5 joints\), l_finger_tip \(7"):
+        robots.load(write(tmp_path, body))
+
+
 def test_base_and_tip_must_make_a_chain(tmp_path):
     body = links("a", "b", "c", "d") + joint("j", "revolute", "a", "b") + joint("k", "revolute", "b", "c")
     body += joint("l", "revolute", "b", "d")

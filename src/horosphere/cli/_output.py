@@ -161,6 +161,11 @@ class Working:
         if time.monotonic() - self._started > PATIENCE:
             self._show()
 
+    def note(self, what: str) -> None:
+        """A line that stays."""
+        with self._lock, suppress(OSError):
+            self._console.print(plain_text(f"note: {what}"))
+
     def stop(self) -> None:
         with self._lock:
             self._done = True
@@ -200,6 +205,7 @@ def working(what: str) -> Iterator[Working]:
 
 _compiling: list[Working] = []
 _heard: list[str] = []
+_lost: list[str] = []
 
 
 def announce_compiling(progress: Working) -> None:
@@ -212,8 +218,17 @@ def announce_compiling(progress: Working) -> None:
 
 
 def _compiled(name: str) -> None:
+    from ..kernels import cache_folder, is_cache_writable
+
+    if not _heard and not is_cache_writable():
+        _lost.append(name)
+        place = cache_folder()
+        _compiling[0].note(
+            f"{place} cannot be written: kernels are compiled anew each time (HOROSPHERE_CACHE names the folder)"
+        )
     _heard.append(name)
-    what = "compiling kernels (once on this machine, then they come from the disk)"
+    what = "compiling kernels"
+    what += "" if _lost else " (once on this machine, then they come from the disk)"
     if _compiling[0].is_terminal:
         what += f": {len(_heard)}, {name.strip('_').replace('_', ' ')}"
     _compiling[0].update(what)

@@ -89,8 +89,10 @@ def plan(
             progress.update("drawing the report")
         files, summary, data = results(problem, result, report)
         progress.update("writing")
-        names = write_all(folder, files, result.trajectory, save)
+        names, removed = write_all(folder, files, result.trajectory, save)
     data["files"] = names
+    if removed:
+        data["hints"].append(f"removed {', '.join(removed)} of an earlier run from {folder}")
     if json:
         out.print_json(data)
     else:
@@ -179,10 +181,14 @@ def certificate_data(certificate: Any) -> Any:
     return plain(certificate.as_dict() if hasattr(certificate, "as_dict") else certificate)
 
 
-def write_all(folder: Path, files: dict[str, Any], trajectory: Any, more: tuple[Path, ...] = ()) -> list[str]:
-    """Writes the results, all of them or none; those of an earlier run in the folder go away with it."""
+def write_all(
+    folder: Path, files: dict[str, Any], trajectory: Any, more: tuple[Path, ...] = ()
+) -> tuple[list[str], list[str]]:
+    """Writes the results, all of them or none; those of an earlier run in the folder go away with it. Returns the files, and the
+    names of those that were there before and are not now."""
     from ..io import save_trajectory, writing, writing_set
 
+    before = [name for name in WRITTEN if (folder / name).is_file()]
     with writing_set(folder, WRITTEN) as stage:
         for name in WRITTEN:
             if name.startswith("trajectory") and trajectory is not None:
@@ -194,4 +200,5 @@ def write_all(folder: Path, files: dict[str, Any], trajectory: Any, more: tuple[
             for path in more:
                 save_trajectory(trajectory, path)
     written = [folder / name for name in WRITTEN if (folder / name).exists()]
-    return [str(path) for path in (*written, *(more if trajectory is not None else ()))]
+    removed = [name for name in before if not (folder / name).exists()]
+    return [str(path) for path in (*written, *(more if trajectory is not None else ()))], removed

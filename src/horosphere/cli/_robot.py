@@ -54,9 +54,9 @@ def robot(
     collision
         What meshes are covered by.
     budget
-        At most so many bodies round the meshes of a link: 16 capsules or 32 spheres by default.
+        At most so many bodies round the meshes of a link: 40 capsules or 48 spheres by default.
     tolerance
-        Metres; no more bodies than keep them from standing out of the meshes further than this: 0.02, or a fifth of a small link.
+        Metres; no more bodies than keep them from standing out of the meshes further than this: 0.015, or a fifth of a small link.
     geometry
         What is covered: `auto` is the collision geometry, and the visual one where that is missing.
     pairs
@@ -89,7 +89,7 @@ def robot(
             from ..planning import starter_scene
 
             working.update("looking for a first scene")
-            first = starter_scene(loaded, _as_written(file, {**options, "capsules": capsules}))
+            first = starter_scene(loaded, _as_written(file, {**options, "capsules": capsules}), name=scene.stem)
             output_folder(scene.parent)
             first.save(scene)
             data["scene"] = str(scene)
@@ -104,6 +104,7 @@ def robot(
                 file_.write(page)
             data["view"] = str(view)
     structure = classify(loaded)
+    data |= _tool_pose(loaded)
     data["inverse_kinematics"] = {
         "name": structure.name,
         "branches": structure.branches,
@@ -120,6 +121,7 @@ def robot(
         ("Robot", f"{data['name']}, {len(data['joints'])} joints"),
         ("Source", data["source"]),
         ("Chain", " > ".join(data["chain"])),
+        ("Tool", _tool_text(data)),
         ("Inverse kinematics", f"closed form, {structure}" if structure.is_closed_form else str(structure)),
         ("Collision model", f"{len(bodies)} bodies on {', '.join(data['collision']['links'])}" if bodies else "NONE"),
         ("Self-collision", _pair_counts(data["collision"]["pairs"], len(data["collision"]["self_pairs"]))),
@@ -150,6 +152,37 @@ def _as_written(file: str, options: dict[str, Any]) -> Any:
         return {"name": file, **given} if given else file
     kind = "file" if path.suffix.lower() in (".yaml", ".yml") else "urdf"
     return {kind: str(path.resolve()), **given}
+
+
+def _tool_pose(robot: Any) -> dict[str, Any]:
+    """Where the tool is with every joint in the middle of its range (at 0 without limits), and a bound of its reach (m)."""
+    import numpy as np
+
+    from ..kinematics import forward
+    from ..kinematics._numeric import reach
+    from ..scenes import matrix_quaternion
+
+    low, high = robot.limits.lower, robot.limits.upper
+    bounded = np.isfinite(low) & np.isfinite(high)
+    q = np.where(bounded, 0.5 * (np.where(bounded, low, 0.0) + np.where(bounded, high, 0.0)), np.clip(0.0, low, high))
+    pose = forward(robot, q)
+    place = {
+        "q": q.tolist(),
+        "position": pose.translation.tolist(),
+        "quaternion_wxyz": matrix_quaternion(pose.as_matrix()[:3, :3]).tolist(),
+    }
+    far = reach(robot)
+    return {"tool_pose": place, "reach": far if np.isfinite(far) else None}
+
+
+def _tool_text(data: dict[str, Any]) -> str:
+    """Where the tool is, as a scene says it."""
+    from ..numeric import at_most
+
+    place, far = data["tool_pose"], data["reach"]
+    at, turn = (", ".join(f"{round(v, 4) + 0.0:g}" for v in place[key]) for key in ("position", "quaternion_wxyz"))
+    text = f"with all joints in the middle: {{position: [{at}], quaternion_wxyz: [{turn}]}}"
+    return text if far is None else f"{text}; at most {at_most(far, decimals=3)} m from the first joint"
 
 
 def _pair_counts(pairs: list[dict[str, Any]], checked: int) -> str:

@@ -34,6 +34,18 @@ def cache_folder() -> Path:
     return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "horosphere" / "kernels"
 
 
+def is_cache_writable() -> bool:
+    """Whether what is compiled can be kept: else it is compiled anew in every process."""
+    import tempfile
+
+    try:
+        cache_folder().mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=cache_folder()):
+            return True
+    except OSError:
+        return False
+
+
 @cache
 def compiler_stamp() -> str:
     """A hash of the kernel compiler and of the versions below it: names the cache folder."""

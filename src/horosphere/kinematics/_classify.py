@@ -146,7 +146,7 @@ def chain_structure(robot: Any) -> Structure:
     n = len(chain.axes)
     if n not in _READERS:
         reason = f"{n} revolute joints: closed forms are known here for 5, 6 and 7"
-        return Structure("numerical", reasons=(reason, *_shorter(robot, chain)))
+        return Structure("numerical", reasons=(reason, *_shorter(robot, chain), *_later(robot, chain)))
     forward, backward = chain, chain.reversed()
     near = tuple(
         (i + 1, i + 2, gap)
@@ -158,7 +158,9 @@ def chain_structure(robot: Any) -> Structure:
             found = _READERS[n](screw, _relations(screw), tolerance)
             if found is not None:
                 return _finished(found, screw, is_reversed, near, n)
-    return Structure("numerical", reasons=(_why_not(chain), *_shorter(robot, chain)), near_misses=near)
+    return Structure(
+        "numerical", reasons=(_why_not(chain), *_shorter(robot, chain), *_later(robot, chain)), near_misses=near
+    )
 
 
 def _shorter(robot: Any, chain: Screws) -> tuple[str, ...]:
@@ -173,6 +175,23 @@ def _shorter(robot: Any, chain: Screws) -> tuple[str, ...]:
             moved = next(link for link in reversed([robot.links[k] for k in robot.chain]) if link.kind != "fixed")
             tip = robot.links[moved.parent].name
             return (f"without {robot.joint_names[moved.coordinate]}, with the tip {tip}, it would be {found.name}",)
+    return ()
+
+
+def _later(robot: Any, chain: Screws) -> tuple[str, ...]:
+    """The longest chain to the tip with a closed form that starts at a later link, if there is one: a hint for the base."""
+    moved = [robot.links[k] for k in robot.chain if robot.links[k].kind != "fixed"]
+    if len(moved) != len(chain.axes):  # joints that mimic others
+        return ()
+    for first in range(1, len(chain.axes) - min(_READERS) + 1):
+        n = len(chain.axes) - first
+        if n not in _READERS:
+            continue
+        short = Screws(chain.axes[first:], chain.points[first:], chain.home)
+        for screw in (short, short.reversed()):
+            found = _READERS[n](screw, _relations(screw), GAP)
+            if found is not None:
+                return (f"with --base {robot.links[moved[first].parent].name} ({n} joints): {found.name}",)
     return ()
 
 

@@ -20,7 +20,7 @@ _TRIES = 30
 _ROOM = 0.05  # metres between the table and the lowest body at start and goal
 
 
-def starter_scene(robot: Robot, written: Any, seed: int = 0) -> Scene:
+def starter_scene(robot: Robot, written: Any, seed: int = 0, name: str = "first") -> Scene:
     """Start and goal drawn from the middle half of the joint ranges, a table under both; planned once, so it is known to plan.
 
     `written`: the robot as the scene file shall have it. Raises InputError where the robot has no body or nothing is found.
@@ -36,7 +36,7 @@ def starter_scene(robot: Robot, written: Any, seed: int = 0) -> Scene:
     for _ in range(_TRIES):
         q = np.round(rng.uniform(lower + quarter, upper - quarter, (2, robot.n_joints)), 3)
         scene = Scene(
-            robot, JointTarget(q[0]), JointTarget(q[1]), (_table(robot, q, moving),), name="first",
+            robot, JointTarget(q[0]), JointTarget(q[1]), (_table(robot, q, moving),), name=name,
             description=f"A first scene for {robot.name}, made by `horosphere robot --scene`: change it to what you have.",
             options=Options(clearance=0.01), origin=Origin(robot=written),
         )  # fmt: skip

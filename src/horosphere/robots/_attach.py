@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 
 from ..errors import InputError, unknown_name
-from ..numeric import float_array
+from ..numeric import at_most, float_array
 from ..shapes import Ball, Box, Capsule, Cylinder, Ellipsoid, HalfSpace, Mesh, PointCloud, Shape, as_shapes
 from . import _bodies, _pairs, _placement
 from ._bodies import Body, Floats
-from ._cover import CoverOptions, cover_triangles
+from ._cover import CoverOptions, cover_box, cover_triangles
 from ._robot import Capsules, Link, LinkPair, Robot
 
 
@@ -53,7 +53,7 @@ def attach(
     # the link it hangs on is one rigid part with it; at the joint of that part the object overlaps by no design, so it is checked
     group = _pairs.rigid_groups(links)
     rows, kept, notes = _pairs.judge(grown, [(int(k), new) for k in np.unique(robot.capsules.link)], group, near)
-    slack = max((_slack(body.note) for body in found), default=0.0)
+    slack = max((body.slack for body in found), default=0.0)
     return replace(
         grown,
         self_pairs=np.concatenate([robot.self_pairs, kept]),
@@ -61,7 +61,7 @@ def attach(
         allowed_obstacles=(*robot.allowed_obstacles, *((name, other) for other in names if other not in near)),
         notes=(
             *robot.notes,
-            f"{name} attached to {robot.links[index].name}: {len(found)} bodies, slack {slack:.4f} m",
+            f"{name} attached to {robot.links[index].name}: {len(found)} bodies, slack at most {at_most(slack, decimals=4)} m",
             *notes,
         ),
     )
@@ -169,16 +169,19 @@ def _bodies_of(shape: Shape, options: CoverOptions) -> list[Body]:
         body = _bodies.from_cylinder(shape.radius, float(np.linalg.norm(u)))[0]
         u = u / np.linalg.norm(u)
         middle = 0.5 * (shape.a + shape.b)
-        return [Body(middle + body.a[2] * u, middle + body.b[2] * u, body.radius, body.note)]
+        return [Body(middle + body.a[2] * u, middle + body.b[2] * u, body.radius, body.note, body.slack)]
     if isinstance(shape, Box) and options.kind == "capsules":
-        return [body.moved(shape.rotation, shape.center) for body in _bodies.from_box(2.0 * shape.half_sizes)]
+        parallel = cover_box(2.0 * shape.half_sizes, options)
+        if parallel is not None:
+            return [body.moved(shape.rotation, shape.center) for body in parallel]
     if isinstance(shape, PointCloud):
         radii = np.broadcast_to(shape.radius, len(shape.points))
         return [Body(p, p, float(r), "point, exact") for p, r in zip(shape.points, radii)]
     if isinstance(shape, HalfSpace) or shape.dimension != 3:
         raise InputError(f"a {type(shape).__name__} cannot be held", place="attach")
     found, slack = cover_triangles(triangles_of(shape), options)
-    return [Body(b.a, b.b, b.radius, f"{type(shape).__name__.lower()}, slack at most {slack:.4f} m") for b in found]
+    note = f"{type(shape).__name__.lower()}, slack at most {at_most(slack, decimals=4)} m"
+    return [Body(b.a, b.b, b.radius, note, slack) for b in found]
 
 
 def triangles_of(shape: Shape) -> Floats:
@@ -223,9 +226,3 @@ def _joined(first: Capsules, bodies: list[Body], link: int) -> Capsules:
         np.concatenate([first.radius, [body.radius for body in bodies]]),
         (*first.note, *(body.note for body in bodies)),
     )
-
-
-def _slack(note: str) -> float:
-    """The slack that a note states (m); 0 where it is exact."""
-    words = note.split()
-    return float(words[-2]) if len(words) > 2 and words[-1] == "m" else 0.0

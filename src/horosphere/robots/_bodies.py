@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+from ..numeric import at_most
 
 Floats = NDArray[np.float64]
 GRAIN = 1e-9
@@ -16,16 +17,19 @@ _SCAN = 1.0 + np.linspace(0.0, 1.0, 61) ** 2 * 1.5
 
 @dataclass(frozen=True, slots=True)
 class Body:
-    """A capsule in some frame, and where it came from."""
+    """A capsule in some frame, where it came from, and how far it stands out of what it holds at most (m)."""
 
     a: Floats
     b: Floats
     radius: float
     note: str = ""
+    slack: float = 0.0
 
     def moved(self, rotation: Floats, translation: Floats) -> Body:
         """The capsule turned, then shifted."""
-        return Body(rotation @ self.a + translation, rotation @ self.b + translation, self.radius, self.note)
+        return Body(
+            rotation @ self.a + translation, rotation @ self.b + translation, self.radius, self.note, self.slack
+        )
 
 
 def distance_to_axis(points: Floats, body: Body) -> Floats:
@@ -119,30 +123,30 @@ def as_balls(body: Body, most: int, tolerance: float = 0.005) -> list[Body]:
     """
     length = float(np.linalg.norm(body.b - body.a))
     if length < 1e-9:
-        return [Body(body.a, body.a, body.radius + length, body.note)]
+        return [Body(body.a, body.a, body.radius + length, body.note, body.slack + length)]
     gaps = int(np.ceil(0.5 * length / np.sqrt(2.0 * body.radius * tolerance + tolerance**2)))
     gaps = min(gaps, most - 1)
     radius = float(np.hypot(body.radius, 0.5 * length / gaps)) if gaps else body.radius + 0.5 * length
     places = body.a + (np.linspace(0.0, 1.0, gaps + 1) if gaps else np.array([0.5]))[:, None] * (body.b - body.a)
-    note = f"{body.note}; as balls, {radius - body.radius:.4f} m larger"
-    return [Body(p, p, radius + GRAIN, note) for p in places]
+    larger = radius + GRAIN - body.radius
+    note = f"{body.note}; as balls, {at_most(larger, decimals=4)} m larger"
+    return [Body(p, p, radius + GRAIN, note, body.slack + larger) for p in places]
 
 
 def from_cylinder(radius: float, length: float) -> list[Body]:
     """A capsule round a cylinder along z."""
     low, high, r = fit_segment(np.array([-0.5, 0.5]) * length, np.array([radius, radius]))
     z = np.array([0.0, 0.0, 1.0])
-    body = Body(low * z, high * z, r)
-
-    def distance(p: Floats) -> Floats:
-        rim = np.maximum(np.hypot(p[:, 0], p[:, 1]) - radius, 0.0)
-        return np.hypot(rim, np.maximum(np.abs(p[:, 2]) - 0.5 * length, 0.0))
-
-    return [Body(body.a, body.b, r, f"cylinder, slack {_slack([body], distance):.4f} m")]
+    slack = r - min(radius, 0.5 * length - max(abs(low), abs(high)))  # as for a box
+    return [Body(low * z, high * z, r, f"cylinder, slack at most {at_most(slack, decimals=4)} m", slack)]
 
 
 def from_box(size: Floats, most: int = 8) -> list[Body]:
-    """Parallel capsules along the longest side, enough of them that none is much wider than the shortest."""
+    """Parallel capsules along the longest side, enough of them that none is much wider than the shortest.
+
+    The distance to a convex solid is convex, so a capsule stands out most about one of its ends: by its radius less the depth of
+    that end, since the face nearest to it is the one that is passed furthest.
+    """
     order = np.argsort(size)[::-1]
     long, wide, thin = (float(size[k]) for k in order)
     count = int(np.clip(np.ceil(wide / max(thin, 1e-9) - 1e-9), 1, most))
@@ -153,18 +157,7 @@ def from_box(size: Floats, most: int = 8) -> list[Body]:
     for k in range(count):
         foot = ((k + 0.5) / count - 0.5) * wide * axes[1]
         bodies.append(Body(foot + low * axes[0], foot + high * axes[0], radius))
-    half = 0.5 * np.asarray(size)
-    slack = _slack(bodies, lambda p: np.linalg.norm(np.maximum(np.abs(p) - half, 0.0), axis=1))
-    return [Body(body.a, body.b, body.radius, f"box, slack {slack:.4f} m") for body in bodies]
-
-
-def _slack(bodies: list[Body], distance: Any) -> float:
-    """Largest distance of the capsules' surfaces from the solid they cover, on a grid of about three degrees."""
-    theta = np.linspace(0.0, np.pi, 61)
-    phi = np.linspace(0.0, 2.0 * np.pi, 73)[:-1]
-    directions = np.array([[np.cos(t), np.sin(t) * np.cos(p), np.sin(t) * np.sin(p)] for t in theta for p in phi])
-    worst = 0.0
-    for body in bodies:
-        for end in (body.a, body.b):
-            worst = max(worst, float(np.max(distance(end + body.radius * directions))))
-    return worst
+    depth = min(float(np.min(0.5 * np.asarray(size) - np.abs(end))) for body in bodies for end in (body.a, body.b))
+    slack = radius - depth
+    note = f"box, slack at most {at_most(slack, decimals=4)} m"
+    return [Body(body.a, body.b, body.radius, note, slack) for body in bodies]

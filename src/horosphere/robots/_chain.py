@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
@@ -11,6 +12,24 @@ from ..errors import InputError, unknown_name
 from . import _placement
 from ._robot import Kind, Limits, Link
 from ._urdf import MOVABLE, REFUSED, Joint, Urdf
+
+_TOOLS = {"tool", "tool0", "gripper", "hand", "ee", "effector", "flange", "tcp", "wrist"}
+_PARTS = {
+    "finger",
+    "fingertip",
+    "tip",
+    "thumb",
+    "index",
+    "middle",
+    "ring",
+    "little",
+    "virtual",
+    "camera",
+    "optical",
+    "led",
+    "motor",
+}
+_PARTS |= {"accelerometer", "sensor", "imu", "mount", "safety", "range"}
 
 
 @dataclass(slots=True)
@@ -126,11 +145,21 @@ def choose_ends(urdf: Urdf, base: str | None, tip: str | None) -> tuple[str, str
 
 
 def _leaves(urdf: Urdf, base: str, leaves: list[str], most: int = 12) -> str:
-    """Links with the number of joints that move them, the most mobile first."""
-    moved = {link: sum(urdf.joints[k].type in MOVABLE for k in path_links(urdf, base, link)[1:]) for link in leaves}
-    some = sorted(leaves, key=lambda link: -moved[link])
-    more = f" and {len(some) - most} more" if len(some) > most else ""
-    return ", ".join(f"{link} ({moved[link]} joint{'s' * (moved[link] != 1)})" for link in some[:most]) + more
+    """Links with the number of joints that move them: first likely tools, leaves or not, then the most mobile leaves."""
+    below = _below(urdf, base)
+    moved = {link: sum(urdf.joints[k].type in MOVABLE for k in path_links(urdf, base, link)[1:]) for link in below}
+    likely = [link for link in below if moved[link] >= 5 and _is_tool(link)]
+    likely = sorted(likely, key=lambda link: (moved[link] > 7, -moved[link]))[: most // 2]
+    others = sorted((link for link in leaves if link not in likely), key=lambda link: -moved[link])
+    some, rest = [*likely, *others[: most - len(likely)]], len(others[most - len(likely) :])
+    more = f" and {rest} more" if rest else ""
+    return ", ".join(f"{link} ({moved[link]} joint{'s' * (moved[link] != 1)})" for link in some) + more
+
+
+def _is_tool(link: str) -> bool:
+    """Whether the name of a link says tool, hand or wrist, and not finger or camera."""
+    words = set(re.findall(r"[a-z]+", re.sub(r"(?<=[a-z])(?=[A-Z])", "_", link).lower()))
+    return bool(words & _TOOLS) and not words & _PARTS
 
 
 def path_links(urdf: Urdf, base: str, tip: str) -> list[str]:

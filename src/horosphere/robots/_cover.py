@@ -10,6 +10,7 @@ from typing import Literal
 import numpy as np
 
 from ..errors import InputError
+from ..numeric import at_most
 from . import _bodies, _placement
 from ._bodies import Body, Floats
 from ._kept import digest, find, kept
@@ -68,15 +69,19 @@ class Surface:
 
 @dataclass(slots=True)
 class LinkCover:
-    """Bodies of a link in its frame; `slack` (m) of those round meshes (None if there are none), from how many `triangles`;
+    """Bodies of a link in its frame, from how many `triangles`;
     `visual`: visual geometry was used; `problems`: what could not be read; `surface`: None if some of it has no triangles."""
 
     bodies: list[Body] = field(default_factory=list)
-    slack: float | None = None
     triangles: int = 0
     visual: bool = False
     problems: list[str] = field(default_factory=list)
     surface: Surface | None = None
+
+    @property
+    def slack(self) -> float:
+        """How far the bodies stand out of the geometry at most (m)."""
+        return max((body.slack for body in self.bodies), default=0.0)
 
 
 def cover_link(urdf: Urdf, link: str, options: CoverOptions, files: dict[str, Floats | str] | None = None) -> LinkCover:
@@ -98,7 +103,7 @@ def _cover(
 ) -> LinkCover:
     result = LinkCover(visual=visual and bool(shapes))
     parts = [shape for shape in join_capsules(shapes) if shape.kind in ("mesh", "box", "cylinder")]
-    soup = [shape for shape in parts if shape.kind == "mesh" or options.kind == "spheres"]
+    soup = [shape for shape in parts if _is_fitted(shape, options)]
     keys = [_key(path, shape) for shape in soup]
     key = None if None in keys else digest(options, keys)
     rows = None if key is None or not soup else find("covers", key)
@@ -120,12 +125,25 @@ def _cover(
             lambda: np.concatenate([_triangles(path, shape, files) for shape in parts]),
         )
     if rows is not None:
-        result.slack, result.triangles = float(rows[0, 0]), int(rows[0, 1])
+        slack, result.triangles = float(rows[0, 0]), int(rows[0, 1])
         meshes = any(shape.kind == "mesh" for shape in soup)
         what = f"mesh of {result.triangles} triangles" if meshes else "primitives"
-        note = f"{'visual ' if visual else ''}{what}, slack at most {result.slack:.4f} m"
-        result.bodies += [Body(row[:3], row[3:6], float(row[6]), note) for row in rows[1:]]
+        note = f"{'visual ' if visual else ''}{what}, slack at most {at_most(slack, decimals=4)} m"
+        result.bodies += [Body(row[:3], row[3:6], float(row[6]), note, slack) for row in rows[1:]]
     return result
+
+
+def _is_fitted(shape: Shape, options: CoverOptions) -> bool:
+    """Whether bodies are fitted to the triangles of a mesh, box or cylinder."""
+    if shape.kind != "box" or options.kind == "spheres":
+        return shape.kind == "mesh" or options.kind == "spheres"
+    return cover_box(np.array(shape.sizes), options) is None
+
+
+def cover_box(size: Floats, options: CoverOptions) -> list[Body] | None:
+    """Parallel capsules in a box about the origin, None if they stand out of it too far: it is covered like a mesh then."""
+    found = _bodies.from_box(size, min(8, options.most))
+    return found if options.most == 1 or found[0].slack <= options.tolerance_for(float(max(size))) else None
 
 
 def _key(path: Path, shape: Shape) -> str | None:
@@ -192,7 +210,7 @@ def _primitive(shape: Shape, options: CoverOptions) -> list[Body]:
         )
     if shape.kind == "cylinder":
         return _bodies.from_cylinder(*shape.sizes)
-    return _bodies.from_box(np.array(shape.sizes))
+    return cover_box(np.array(shape.sizes), options) or []
 
 
 def join_capsules(shapes: list[Shape]) -> list[Shape]:

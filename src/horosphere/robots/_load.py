@@ -10,6 +10,7 @@ from typing import Any, Literal
 import numpy as np
 
 from ..errors import InputError, unknown_name
+from ..numeric import at_most
 from . import _builtin, _chain, _pairs, _placement
 from ._bodies import Body, as_balls
 from ._cover import CoverOptions, LinkCover, cover_link
@@ -125,9 +126,11 @@ def _from_urdf(path: Path, given: Given, options: CoverOptions) -> Robot:
     files: dict[str, Any] = {}
     tell = given.progress or (lambda what: None)
     covers: dict[str, LinkCover] = {}
+    shaped = [link.name for link in chain.links if urdf.collisions[link.name] or urdf.visuals[link.name]]
     for link in chain.links:
         if link.name not in sidecar:
-            tell(f"covering {link.name}")
+            if link.name in shaped:
+                tell(f"covering {link.name} ({shaped.index(link.name) + 1} of {len(shaped)})")
             covers[link.name] = cover_link(urdf, link.name, options, files)
     tell("choosing the pairs of links to check")
     notes += _cover_notes(covers, options)
@@ -153,14 +156,15 @@ def _cover_notes(covers: Mapping[str, LinkCover], options: CoverOptions) -> list
         first = next(iter(problems.values()))[0]
         count = sum(map(len, problems.values()))
         notes.append(f"{count} mesh(es) of {len(problems)} link(s) could not be used, for example: {first}")
-    fitted = {name: found for name, found in covers.items() if found.slack is not None}
+    fitted = {name: found for name, found in covers.items() if found.slack > 0.0}
     if fitted:
-        worst = max(fitted, key=lambda name: fitted[name].slack or 0.0)
+        worst = max(fitted, key=lambda name: fitted[name].slack)
         count = sum(map(len, (found.bodies for found in fitted.values())))
+        triangles = sum(found.triangles for found in fitted.values())
+        of = f" ({triangles} triangles)" if triangles else ""
         notes.append(
-            f"collision model: {count} {options.kind} hold the geometry of {len(fitted)} links "
-            f"({sum(found.triangles for found in fitted.values())} triangles); they stand out of it by at most "
-            f"{fitted[worst].slack:.4f} m ({worst})"
+            f"collision model: {count} {options.kind} hold the geometry of {len(fitted)} links{of}; they stand out of it "
+            f"by at most {at_most(fitted[worst].slack, decimals=4)} m ({worst})"
         )
     visual = [name for name, found in covers.items() if found.visual and found.bodies]
     if visual and options.geometry == "auto":

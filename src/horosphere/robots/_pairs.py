@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from . import _placement
 from ._apart import known_gap
 from ._bodies import enclosing_ball
-from ._cover import Surface
+from ._cover import BUDGETS, Surface
 from ._robot import Capsules, Limits, Link, LinkPair, Robot
 from ._srdf import Srdf
 
@@ -22,6 +22,9 @@ ALWAYS = 0.95
 OFTEN = 0.3
 """From this share on, a note is made of a pair that stays checked."""
 RIGID = "no joint between them"
+BLIND = "always touching"
+MOST = 12
+"""Pairs that a note names."""
 
 
 def rigid_groups(links: Sequence[Link]) -> NDArray[np.int64]:
@@ -70,6 +73,8 @@ def choose_pairs(
     table: list[LinkPair] = []
     kept: list[tuple[int, int]] = []
     notes: list[str] = []
+    blind: list[LinkPair] = []
+    doubtful: list[LinkPair] = []
     for n, i in enumerate(owners):
         for j in owners[n + 1 :]:
             first, second = links[i].name, links[j].name
@@ -93,14 +98,16 @@ def choose_pairs(
                         f"{first} / {second}: the SRDF says they never touch, their bodies {_seen(share)}; not checked"
                     )
                 continue
-            row, note = _by_samples(first, second, share)
+            row = _by_samples(first, second, share)
             if share >= OFTEN and surfaces:
                 gap = known_gap(links, limits, (surfaces.get(first), surfaces.get(second)), (i, j))
                 if gap is not None:
-                    row, note = _by_geometry(first, second, share, gap), ""
+                    row = _by_geometry(first, second, share, gap)
             table.append(row)
-            notes += [note] if note else []
+            if share >= OFTEN and (row.checked or row.reason.startswith(BLIND)):
+                (doubtful if row.checked else blind).append(row)
             kept += [(i, j)] if row.checked else []
+    notes += _warnings(blind, doubtful, [links[i].name for i in capsules.link], capsules.note)
     return np.array(kept, np.int64).reshape(-1, 2), tuple(table), notes
 
 
@@ -109,7 +116,7 @@ def judge(
 ) -> tuple[tuple[LinkPair, ...], NDArray[np.int64], list[str]]:
     """The same for pairs (link, object) of an object that does not overlap its neighbours by design: rows, pairs, notes."""
     sampler = _Sampler(robot.links, robot.limits, robot.capsules)
-    table, kept, notes = [], [], []
+    table, kept, seen = [], [], []
     for i, j in pairs:
         first, second = robot.links[i].name, robot.links[j].name
         if group[i] == group[j]:
@@ -118,32 +125,57 @@ def judge(
         if first in allowed:
             table.append(LinkPair(first, second, False, "allowed by the caller"))
             continue
-        row, note = _by_samples(first, second, sampler.touching(i, j))
+        row = _by_samples(first, second, sampler.touching(i, j))
         table.append(row)
-        notes += [note] if note else []
+        seen += [row] if (row.touching or 0.0) >= OFTEN else []
         kept += [(i, j)] if row.checked else []
-    return tuple(table), np.array(kept, np.int64).reshape(-1, 2), notes
+    owners = [robot.links[k].name for k in robot.capsules.link]
+    split = [row for row in seen if not row.checked], [row for row in seen if row.checked]
+    return tuple(table), np.array(kept, np.int64).reshape(-1, 2), _warnings(*split, owners, robot.capsules.note)
 
 
 def _seen(share: float) -> str:
-    return f"overlap in {round(share * SAMPLES)} of {SAMPLES} random configurations"
+    return f"overlap in {_count(share)} of {SAMPLES} random configurations"
 
 
-def _by_samples(first: str, second: str, share: float) -> tuple[LinkPair, str]:
-    """Whether a pair is checked, from the share of configurations in which it touches; and a note where one is due."""
-    seen = _seen(share)
+def _count(share: float) -> int:
+    return round(share * SAMPLES)
+
+
+def _by_samples(first: str, second: str, share: float) -> LinkPair:
+    """Whether a pair is checked, from the share of configurations in which it touches."""
     if share >= ALWAYS:
-        return LinkPair(first, second, False, f"always touching: they {seen}", share), (
-            f"{first} / {second} NOT checked against each other: their bodies {seen}, so nothing could be planned; "
-            "a tighter model (a larger budget, a capsule file) makes the check possible"
-        )
-    row = LinkPair(first, second, True, f"they {seen}" if share else "not seen touching", share)
-    if share < OFTEN:
-        return row, ""
-    return row, (
-        f"{first} / {second} are checked, though their bodies {seen}: if they cannot meet in truth, allow them "
-        "(an SRDF, an allowed contact) or give a tighter model (a larger budget, a capsule file)"
-    )
+        return LinkPair(first, second, False, f"{BLIND}: they {_seen(share)}", share)
+    return LinkPair(first, second, True, f"they {_seen(share)}" if share else "not seen touching", share)
+
+
+def _warnings(
+    blind: list[LinkPair], doubtful: list[LinkPair], owners: Sequence[str], notes: Sequence[str]
+) -> list[str]:
+    """What to know of pairs whose bodies overlap nearly always, and often, and what would help.
+
+    `owners`, `notes`: of each body. A larger budget is of use only to a mesh that takes less than the usual one.
+    """
+
+    def help_for(pairs: list[LinkPair]) -> str:
+        for name in {name for pair in pairs for name in (pair.first, pair.second)}:
+            kinds = [note for owner, note in zip(owners, notes, strict=True) if owner == name and "mesh of" in note]
+            if 0 < len(kinds) < min(BUDGETS.values()):
+                return "give a tighter model (a smaller tolerance, a larger budget, a capsule file)"
+        return "give a tighter model (a capsule file)"
+
+    result = []
+    for pairs, state, overlap in ((blind, "NOT checked since", "nearly always"), (doubtful, "checked though", "often")):
+        if not pairs:
+            continue
+        one = len(pairs) == 1
+        said = f"{len(pairs)} {'pair of links is' if one else 'pairs of links are'} {state} {'its' if one else 'their'}"
+        named = ", ".join(f"{pair.first}/{pair.second} ({_count(pair.touching or 0.0)})" for pair in pairs[:MOST])
+        named += f" and {len(pairs) - MOST} more" if len(pairs) > MOST else ""
+        remedy = "allow them (an SRDF, an allowed contact) if they cannot meet in truth"
+        seen = f"{said} bodies {overlap} overlap: {named} of {SAMPLES} random configurations"
+        result.append(f"{seen}; {remedy}, or {help_for(pairs)}")
+    return result
 
 
 def _by_geometry(first: str, second: str, share: float, gap: float) -> LinkPair:

@@ -183,7 +183,7 @@ class ProblemSet:
         ]
         if len(same) == 1:
             return same[0]
-        near = get_close_matches(plain, numbers, n=3, cutoff=0.5)
+        near = [] if plain.isdigit() else get_close_matches(plain, numbers, n=3, cutoff=0.5)  # numbers are not misspelt
         raise InputError(
             f"no problem {given!r} in {folder!r}" if given else f"{folder!r} is a set of {len(numbers)} problems",
             place=self.place,
