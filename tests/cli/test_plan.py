@@ -90,6 +90,11 @@ def test_check_puts_the_joints_in_order(run, reach, tmp_path):
     [
         (np.zeros((2, 4)), (), "4 columns, but 'humanoid-arm' has 5 joints"),
         (np.zeros((2, 5)), ("joint_1", "joint_2", "joint_3", "joint_4", "j5"), "not those of 'humanoid-arm': j5"),
+        (
+            np.zeros((2, 5)),
+            tuple("abcde"),
+            "made for another robot, or names the joints otherwise: it moves a, b, c, d, e, ",
+        ),
     ],
 )
 def test_check_refuses_other_joints(run, tmp_path, positions, names, words):

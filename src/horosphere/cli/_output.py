@@ -213,6 +213,8 @@ def announce_compiling(progress: Working) -> None:
 
 def _compiled(name: str) -> None:
     _heard.append(name)
+    if len(_heard) > 1 and not _compiling[0].is_terminal:
+        return  # where lines stay, once is enough
     what = "compiling kernels (once on this machine, then they come from the disk)"
     if _compiling[0].is_terminal:
         what += f": {len(_heard)}, {name.strip('_').replace('_', ' ')}"
