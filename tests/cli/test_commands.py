@@ -4,6 +4,7 @@ import json
 import re
 import subprocess
 import sys
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -241,3 +242,13 @@ def test_a_reader_that_goes_away_is_no_failure(tmp_path):
     process.stderr.close()
     assert process.wait(120) == 0
     assert {p.name for p in tmp_path.iterdir()} == {"trajectory.npz", "trajectory.csv", "certificate.json"}
+
+
+def test_compiling_is_announced_once(monkeypatch):
+    said = []
+    monkeypatch.setattr(_output, "_heard", [])
+    monkeypatch.setattr(_output, "_compiling", [SimpleNamespace(is_terminal=False, update=said.append)])
+    for name in ("first", "second", "third"):
+        _output._compiled(name)
+    assert len(said) == 1 and said[0].startswith("compiling kernels (once on this machine")
+    assert _output.compiled_names() == ("first", "second", "third")

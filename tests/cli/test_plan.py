@@ -90,6 +90,11 @@ def test_check_puts_the_joints_in_order(run, reach, tmp_path):
     [
         (np.zeros((2, 4)), (), "4 columns, but 'humanoid-arm' has 5 joints"),
         (np.zeros((2, 5)), ("joint_1", "joint_2", "joint_3", "joint_4", "j5"), "not those of 'humanoid-arm': j5"),
+        (
+            np.zeros((2, 5)),
+            tuple("abcde"),
+            "made for another robot, or names the joints otherwise: it moves a, b, c, d, e, ",
+        ),
     ],
 )
 def test_check_refuses_other_joints(run, tmp_path, positions, names, words):
@@ -239,5 +244,5 @@ def test_a_configuration_space_is_measured_in_radians(run, tmp_path):
     result = run("plan", "rn-fig6-revolute-arm", "--out", tmp_path, "--no-report")
     assert result.code == 0
     said = result.out.split("note:")[0]
-    assert re.search(r"closer than [\d.]+ mrad to any obstacle", said) and "required 10.0 mrad" in said
+    assert re.search(r"closer than [\d.]+ mrad to any obstacle", said) and "required 10 mrad" in said
     assert not re.search(r"\d (mm|m)\b", said), said

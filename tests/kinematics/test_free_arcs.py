@@ -1,5 +1,6 @@
 """Arcs of the redundancy that are proved between samples, against dense sampling with the distance layer."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -9,7 +10,7 @@ from arc_cases import CASES, every_kind, target_of, witnessed
 
 from horosphere.distance import signed
 from horosphere.errors import InputError
-from horosphere.kinematics import elbow_arcs, forward, frames, free_arcs, inverse, limit_arcs, roomiest
+from horosphere.kinematics import Arcs, elbow_arcs, forward, frames, free_arcs, inverse, limit_arcs, roomiest
 from horosphere.kinematics._redundant import redundancy
 from horosphere.robots import Capsules, attach, humanoid_arm, load, srs_arm
 from horosphere.shapes import Ball, Box, HalfSpace, PointCloud
@@ -223,6 +224,28 @@ def test_a_target_without_a_free_value_is_a_value_with_a_reason():
     far[:3, 3] *= 5.0
     missed = roomiest(robot, Motor.from_matrix(far))
     assert not missed.valid.any() and "out of reach" in missed.reason
+
+
+def test_arcs_are_read_at_a_glance():
+    robot = load("panda")
+    target = forward(robot, [0.3, 0.4, 0.2, -1.9, 0.1, 2.2, 0.5])
+    arcs = free_arcs(robot, target, [Ball([0.0, 0.0, 3.0], 0.1)], 0.01, self_clearance=0.0)
+    for arc in arcs:
+        said = repr(arc)
+        if len(arc.free):
+            ends = [float(x) for x in re.findall(r"-?\d+\.\d{3}", said)]
+            assert said.startswith("Arcs(q7 free from ") and said.endswith(" rad)")
+            assert np.allclose(ends, arc.joined().ravel(), atol=6e-4)
+        else:
+            wishes = "inside the joint limits, 0.01 m from the obstacles and with its links clear of each other"
+            assert said == f"Arcs(none: no value keeps this branch {wishes})"
+    assert len({len(arc.free) > 0 for arc in arcs}) == 2, "both kinds are seen"
+    assert repr(limit_arcs(robot, target)[0]).startswith("Arcs(q7 free") or not len(limit_arcs(robot, target)[0].free)
+    assert repr(Arcs(np.array([[-np.pi, np.pi]]))) == "Arcs(angle free everywhere)"
+    assert (
+        repr(Arcs(np.array([[-np.pi, -3.0], [1.0, np.pi]]), parameter="psi"))
+        == "Arcs(psi free from 1.000 to 3.283 rad)"
+    )
 
 
 def test_a_narrow_gap_between_two_walls_is_found():

@@ -5,7 +5,8 @@ import itertools
 import numpy as np
 import pytest
 
-from horosphere.planning._chain import cheapest_chain
+from horosphere.planning._arm import _may_mend
+from horosphere.planning._chain import ChainSearch, cheapest_chain
 
 
 def brute_force(layers, costs, limit):
@@ -37,3 +38,19 @@ def test_cheapest_of_all_chains(seed):
 def test_says_where_it_breaks():
     layers = [np.zeros((2, 2)), np.full((3, 2), 0.1), np.full((1, 2), 5.0), np.full((1, 2), 5.0)]
     assert cheapest_chain(layers, [np.zeros(len(layer)) for layer in layers], 0.2).broken_at == 2
+
+
+def test_a_jump_to_another_branch_is_not_looked_at_ever_finer():
+    assert _may_mend((0.4, 0.30), None), "once is always tried"
+    assert _may_mend((0.4, 0.15), (0.4, 0.30)), "half of it is left: a continuous motion"
+    assert _may_mend((0.6, 0.50), (0.4, 0.30)), "further on along the path"
+    assert not _may_mend((0.4, 0.29), (0.4, 0.30)), "as large as before at the same place"
+
+
+def test_says_how_large_the_step_is_that_is_missing():
+    search = ChainSearch(0.2)
+    assert search.extend(np.array([[0.0, 0.0], [3.0, 0.0]]), np.zeros(2))
+    assert search.extend(np.array([[0.1, 0.0], [9.0, 0.0]]), np.zeros(2))
+    assert not search.extend(np.array([[0.1, 0.7], [9.0, 0.0]]), np.zeros(2)), "[9, 0] was not reached itself"
+    assert search.gap(np.array([[0.1, 0.7], [9.0, 0.0]])) == pytest.approx(0.7)
+    assert list(search.indices()) == [0, 0], "what no chain reaches is not added"

@@ -95,7 +95,7 @@ def test_a_goal_out_of_reach_names_the_nearest_pose():
         assert away == pytest.approx(np.linalg.norm(tip - far), abs=2e-3)
         if isinstance(goal, PositionTarget):
             assert away < sampled < away + 0.2
-    assert " rad turned" in result.reason
+    assert 0.0 < float(re.search(r" m away and turned by ([\d.]+) degrees", result.reason)[1]) <= 180.0
 
 
 @pytest.mark.parametrize("name", ["ur5", "panda"])

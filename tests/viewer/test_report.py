@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import horosphere.scenes as sc
-from horosphere import shapes
-from horosphere.viewer import report_html
+from horosphere import robots, shapes
+from horosphere.viewer import report_html, robot_html
 
 pytest.importorskip("viser", reason="the report needs the extra `view`")
 
@@ -74,6 +74,23 @@ def test_one_file(report, capsys):
     ids = re.findall(r'\sid="([^"]+)"', page)
     assert len(ids) == len(set(ids))  # curves do not share clip paths
     assert capsys.readouterr().out == ""  # standard output is for results
+
+
+def test_only_what_is_there_is_explained():
+    q = np.array([0.7, 1.2, 1.0, 0.0, 0.0])
+    scene = sc.Scene("humanoid-arm", q, q + 0.1)
+    failed = re.sub(r'srcdoc="[^"]*"', "", report_html(scene, None, solved=False, reason="in the way"))
+    for words in ("slider", "faint", "path of the tool", "obstacles</p>", "</span>obstacles"):
+        assert words not in failed
+    assert "</span>start<" in failed and "</span>goal<" in failed
+    moving = re.sub(r'srcdoc="[^"]*"', "", report_html(scene, sc.Trajectory([0, 1], [q, q + 0.1])))
+    assert "its last 0.8 s the robot rests" in moving and "start (its posture faint)" in moving
+
+
+def test_the_page_of_a_robot_says_whose_it_is():
+    page = re.sub(r'srcdoc="[^"]*"', "", robot_html(robots.load("humanoid-arm")))
+    assert "<title>humanoid-arm</title>" in page and "<h1>humanoid-arm</h1>" in page
+    assert "5 joints; 3 collision bodies on 3 links" in page
 
 
 def test_text_is_escaped():

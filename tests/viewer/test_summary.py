@@ -84,8 +84,16 @@ def test_allowed_contacts_are_told_by_reason():
     pairs = tuple(f"a{k} may touch b: allowed by the caller" for k in range(12))
     share = ("c may touch d: always touching in 100 % of the samples",)
     certificate = SimpleNamespace(certified=True, clearance=0.1, allowed=("hand may touch cup", *pairs, *share))
-    said = rows_of(PLANE, certificate=certificate, solved=True)["Allowed contacts"]
-    assert said == "hand may touch cup; 12 pairs of links: allowed by the caller; c may touch d: always touching"
+    said = rows_of(PLANE, certificate=certificate, solved=True)
+    assert said["Allowed contacts"] == "hand may touch cup; 12 pairs of links: allowed by the caller"
+    assert said["Not checked"] == "c / d: always touching", "nobody has allowed that"
+
+
+def test_the_headline_and_the_row_say_the_same_figure():
+    certificate = SimpleNamespace(certified=True, clearance=0.0399678)
+    summary = summarise(PLANE, None, certificate=certificate, solved=True)
+    assert "closer than 39.96 mm" in summary.verdict
+    assert dict(summary.rows)["Certified clearance"].startswith("at least 39.96 mm")
 
 
 def test_a_large_cloud_is_counted_and_the_report_draws_a_stated_part():

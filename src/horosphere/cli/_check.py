@@ -120,7 +120,7 @@ def ordered(scene: Any, motion: Any, place: str) -> Any:
             for key in ("positions", "velocities", "accelerations")
         }
         return dataclasses.replace(motion, names=tuple(names), **columns)
-    if names and motion.names and len(set(motion.names) & set(names)) > 0:
+    if names and motion.names and set(motion.names) & set(names):
         strange = sorted(set(motion.names) - set(names)) or sorted(set(names) - set(motion.names))
         raise InputError(
             f"its joints are not those of {scene.robot.name!r}: {', '.join(strange)}", place=place, choices=names
@@ -129,6 +129,12 @@ def ordered(scene: Any, motion: Any, place: str) -> Any:
         raise InputError(
             f"{count} columns, but {scene.robot.name!r} has {expected}"
             + (f" joints ({', '.join(names)})" if names else ""),
+            place=place,
+        )
+    if names and motion.names:
+        raise InputError(
+            f"it was made for another robot, or names the joints otherwise: it moves {', '.join(motion.names)}, "
+            f"{scene.robot.name!r} has {', '.join(names)}",
             place=place,
         )
     return motion

@@ -227,6 +227,8 @@ def _compiled(name: str) -> None:
             f"{place} cannot be written: kernels are compiled anew each time (HOROSPHERE_CACHE names the folder)"
         )
     _heard.append(name)
+    if len(_heard) > 1 and not _compiling[0].is_terminal:
+        return  # where lines stay, once is enough
     what = "compiling kernels"
     what += "" if _lost else " (once on this machine, then they come from the disk)"
     if _compiling[0].is_terminal:

@@ -24,11 +24,21 @@ class Arcs:
 
     free: (k, 2) sorted intervals [low, high] inside [-pi, pi], radians; an arc through pi is given as two intervals
     that end at pi and start at -pi; (1, 2) = [[-pi, pi]] is the whole circle, (0, 2) nothing. reason: what leaves
-    nothing free, else "".
+    nothing free, else "". parameter: the name of the angle (psi, q7, q1, phi) where it is known.
     """
 
     free: Floats
     reason: str = ""
+    parameter: str = ""
+
+    def __repr__(self) -> str:
+        """The arcs in words, those through pi in one piece."""
+        if not len(self.free):
+            return f"Arcs(none: {self.reason})"
+        arcs = [f"{low:.3f} to {high:.3f}" for low, high in self.joined()]
+        last = f" and {arcs.pop()}" if len(arcs) > 1 else ""
+        where = "everywhere" if self.width >= _TURN else f"from {', '.join(arcs)}{last} rad"
+        return f"Arcs({self.parameter or 'angle'} free {where})"
 
     def contains(self, angle: ArrayLike, margin: float = 0.0) -> NDArray[np.bool_]:
         """(...) the angle (any turn) lies in a free arc, at least `margin` radians from its ends."""

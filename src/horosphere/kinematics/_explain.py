@@ -85,7 +85,7 @@ def nearest_pose(robot: Any, target: Any) -> str:
     if isinstance(goal, Motor):
         both = goal.as_matrix()
         both[:3, 3] = reached[:3, 3]
-        words += f" and {_shown(matrix_error(reached, both), 3)} rad turned"
+        words += f" and turned by {_shown(np.degrees(matrix_error(reached, both)), 3)} degrees"
     return words
 
 

@@ -65,12 +65,14 @@ def proved_arcs(
 ) -> tuple[Arcs, ...]:
     """`free_arcs` of a redundancy."""
     room = _Room.of(one, obstacles, clearance, self_clearance, limits)
-    words = "no value keeps this branch " + " and ".join(room.wishes)
+    words = (
+        "no value keeps this branch " + ", ".join(room.wishes[:-1]) + " and " * (len(room.wishes) > 1) + room.wishes[-1]
+    )
     q, exists = one.rows(0.5 * (one.ends[1:] + one.ends[:-1]))
     if exists.any():
         contact = room.contact_of_the_tool(q[exists][0])
         if contact:
-            return (Arcs(np.zeros((0, 2)), contact),) * one.branches
+            return (Arcs(np.zeros((0, 2)), contact, one.parameter),) * one.branches
     pieces = _Pieces.first(one, exists)
     free = []
     while len(pieces.low):
@@ -84,7 +86,7 @@ def proved_arcs(
         pieces = pieces.halved(split, centre, between, exists)
     branch, interval, low, high = np.concatenate([np.zeros((4, 0)), *free], axis=1)
     low, high = (_value(one, interval.astype(np.int64), theta) for theta in (low, high))
-    return tuple(_joined(low[branch == j], high[branch == j], words) for j in range(one.branches))
+    return tuple(_joined(low[branch == j], high[branch == j], words, one.parameter) for j in range(one.branches))
 
 
 _INSIDE, _OUTSIDE, _FREE, _BLOCKED = 1, 3, 4, 5  # states of pieces, see `_tube_kernels` and `_arc_kernels`
@@ -183,9 +185,9 @@ class _Room:
         unlimited = np.full(robot.n_joints, np.inf)
         wishes = ["inside the joint limits" if limits else "within reach"]
         if len(solids.rows):
-            wishes.append(f"{clearance:g} m from the obstacles")
+            wishes.append(f"{clearance:g} m from the obstacles" if clearance else "clear of the obstacles")
         if self_clearance is not None:
-            wishes.append(f"its links {own:g} m apart")
+            wishes.append(f"with its links {own:g} m apart" if own else "with its links clear of each other")
         return _Room(
             one, obstacles, body, solids, body.pairs if self_clearance is not None else body.pairs[:0],
             np.ascontiguousarray(touch | held[:, None]), touch | ~held[:, None],
@@ -228,7 +230,7 @@ class _Room:
         judge(*self.body[:4], self.solids.rows, pairs, extra, self.need, self.own, middle, half, reach, state)
 
 
-def _joined(low: Floats, high: Floats, words: str) -> Arcs:
+def _joined(low: Floats, high: Floats, words: str, parameter: str) -> Arcs:
     """Touching pieces made one; those through pi are cut there."""
     over = high > np.pi
     low, high = np.append(low, np.maximum(low[over], np.pi) - 2.0 * np.pi), np.append(high, high[over] - 2.0 * np.pi)
@@ -237,4 +239,4 @@ def _joined(low: Floats, high: Floats, words: str) -> Arcs:
     low, high = low[order], np.maximum.accumulate(high[order])
     apart = low[1:] > high[:-1] + 1e-14
     free = np.stack([low[np.append(True, apart)[: len(low)]], high[np.append(apart, True)[: len(low)]]], axis=1)
-    return Arcs(free, "" if len(free) else words)
+    return Arcs(free, "" if len(free) else words, parameter)

@@ -170,10 +170,11 @@ def point_arcs(robot: Any, target: Point, psi: float | None = None, tolerance: f
     )
     inside = (rows.q >= made.limits[0] - tolerance) & (rows.q <= made.limits[1] + tolerance)
     good = (rows.stands if psi is None else rows.valid) & inside[..., list(joints)].all(axis=-1)
+    parameter = "psi" if psi is None else "q5"
     words = "no psi keeps joints 1 and 2" if psi is None else "no value of joint 5 keeps the joints"
     if rows.gap > made.slack:
         words = f"the point is out of reach by {rows.gap:.4g} m: nothing keeps the joints"
-    return tuple(_joined(ends[:-1][k], ends[1:][k], f"{words} inside their limits") for k in good.T)
+    return tuple(_joined(ends[:-1][k], ends[1:][k], parameter, f"{words} inside their limits") for k in good.T)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -318,8 +319,8 @@ def _reasons(made: PointArm, points: Floats, valid: NDArray[np.bool_], gap: Floa
     return text if batch else str(text[()])
 
 
-def _joined(low: Floats, high: Floats, words: str) -> Arcs:
+def _joined(low: Floats, high: Floats, parameter: str, words: str) -> Arcs:
     from ._redundancy import _joined as join
 
-    found = join(low, high)
-    return found if len(found.free) else Arcs(found.free, words)
+    found = join(low, high, parameter)
+    return found if len(found.free) else Arcs(found.free, words, parameter)

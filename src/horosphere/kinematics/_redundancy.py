@@ -60,10 +60,11 @@ def limit_arcs(robot: Any, target: Any, tolerance: float = 1e-9, *, psi: float |
         ends = q7_limit_candidates(made, motor)
     middles = 0.5 * (ends[:-1] + ends[1:])
     free = _allowed(made, motor, middles, tolerance)
+    parameter = str(structure.parameter)
     if structure.name == "srs7":
-        return tuple(_joined(ends[:-1][column], ends[1:][column]) for column in free.T)
+        return tuple(_joined(ends[:-1][column], ends[1:][column], parameter) for column in free.T)
     exact = _halved(made, motor, middles, free, tolerance)
-    return tuple(_joined(low, high) for low, high in exact)
+    return tuple(_joined(low, high, parameter) for low, high in exact)
 
 
 def _halved(made: Solver, motor: Floats, middles: Floats, free: NDArray[np.bool_], tolerance: float):
@@ -101,7 +102,7 @@ def _allowed(made: Solver, motor: Floats, values: Floats, tolerance: Any) -> NDA
     return valid & ((q >= lower) & (q <= upper)).all(axis=-1)
 
 
-def _joined(low: Floats, high: Floats) -> Arcs:
+def _joined(low: Floats, high: Floats, parameter: str) -> Arcs:
     """Neighbouring intervals made one."""
     arcs: list[list[float]] = []
     for a, b in zip(low, high):
@@ -109,9 +110,8 @@ def _joined(low: Floats, high: Floats) -> Arcs:
             arcs[-1][1] = b
         else:
             arcs.append([a, b])
-    return Arcs(
-        np.array(arcs, float).reshape(-1, 2), "" if arcs else "no value keeps this branch inside the joint limits"
-    )
+    words = "" if arcs else "no value keeps this branch inside the joint limits"
+    return Arcs(np.array(arcs, float).reshape(-1, 2), words, parameter)
 
 
 def _psi_candidates(made: Solver, motor: Floats) -> Floats:

@@ -53,16 +53,16 @@ class Improvement:
     converged: bool
 
     def __str__(self) -> str:
+        why = "until no more was to be gained" if self.converged else "all the time given"
         if (self.length, self.mean_clearance) == (self.first_length, self.first_mean_clearance):
-            what = "nothing gained on the first plan"
-        else:
-            what = (
-                f"length {self.first_length:.3g} -> {self.length:.3g} rad, clearance "
-                f"{at_least(self.first_clearance, 3, power=3)} -> {at_least(self.clearance, 3, power=3)} mm (mean "
-                f"{1e3 * self.first_mean_clearance:.3g} -> {1e3 * self.mean_clearance:.3g} mm), duration "
-                f"{self.first_duration:.3g} -> {self.duration:.3g} s"
-            )
-        return f"improved for {self.seconds:.2f} s ({'until it rested' if self.converged else 'all the time given'}): {what}"
+            return f"no better motion than the first was found in {self.seconds:.2f} s ({why})"
+        return (
+            f"improved for {self.seconds:.2f} s ({why}): "
+            f"length {self.first_length:.3g} -> {self.length:.3g} rad, clearance "
+            f"{at_least(self.first_clearance, 3, power=3)} -> {at_least(self.clearance, 3, power=3)} mm (mean "
+            f"{1e3 * self.first_mean_clearance:.3g} -> {1e3 * self.mean_clearance:.3g} mm), duration "
+            f"{self.first_duration:.3g} -> {self.duration:.3g} s"
+        )
 
 
 def path_length(robot: Robot, q: Floats) -> float:

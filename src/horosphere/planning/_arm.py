@@ -21,6 +21,7 @@ from ._tool_path import tool_path
 Floats = NDArray[np.float64]
 
 _RETRIES = 10  # field paths tried from one start, finer ones or further from what the links meet
+_SHRINKS = 0.9  # of a jump: what is left of it on a path twice as fine, if it may mend
 _WIDER = 0.01  # metres by which the tool keeps further than it just needs to
 FIELD = "field"
 _WAYS = {
@@ -78,7 +79,7 @@ def _along_field(scene: Scene, starts: Configurations, goals: Configurations, pr
 def _from_start(scene: Scene, q_start: Floats, q_goal: Floats, by: str, closed: bool, progress: Progress) -> Plan:
     """Follow the field from one start; where the links meet an obstacle on the way, keep the tool further from it."""
     start, goal = _tool(scene, "start", q_start), _tool(scene, "goal", q_goal)
-    step, wider, first = scene.options.path_step, {}, None
+    step, wider, first, jump = scene.options.path_step, {}, None, None
     for _ in range(_RETRIES):
         with progress.part("field path"):
             path = tool_path(scene, start, goal, step, wider)
@@ -87,15 +88,20 @@ def _from_start(scene: Scene, q_start: Floats, q_goal: Floats, by: str, closed: 
         if path.points is None:
             return first or Plan(scene, False, path.reason)
         with progress.part("joint motion"):
-            motion = follow_branches(scene, path.points) if closed else follow_jacobian(scene, q_start, path.points)
+            if closed:
+                motion = follow_branches(scene, path.points, whole=step == scene.options.path_step)
+            else:
+                motion = follow_jacobian(scene, q_start, path.points)
         if motion.waypoints is not None:
             plan = certified(scene, motion.waypoints, by, progress, path.points)
             if plan.solved and wider:
                 progress.note(f"the tool keeps further from {', '.join(map(repr, wider))} for the sake of the links")
             return plan
         first = first or Plan(scene, False, motion.reason, path=path.points)
-        if motion.breaks and step > scene.options.path_step / 8.5:
-            step /= 2.0
+        if motion.jump is not None:
+            if step <= scene.options.path_step / 8.5 or not _may_mend(motion.jump, jump):
+                break
+            step, jump = step / 2.0, motion.jump
         elif motion.touch is not None and motion.touch.is_obstacle:
             name = motion.touch.contact.other
             wider[name] = wider.get(name, 0.0) + motion.touch.short + _WIDER
@@ -103,6 +109,11 @@ def _from_start(scene: Scene, q_start: Floats, q_goal: Floats, by: str, closed: 
             break
     assert first is not None
     return first
+
+
+def _may_mend(jump: tuple[float, float], before: tuple[float, float] | None) -> bool:
+    """Whether a path twice as fine helped: the jump lies further on, or became smaller. One to another branch stays as it is."""
+    return before is None or jump[0] > before[0] or jump[1] < _SHRINKS * before[1]
 
 
 def _tool(scene: Scene, which: str, q: Floats) -> Floats:

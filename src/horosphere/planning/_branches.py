@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from .. import kinematics
 from ..robots import Robot
 from ..scenes import GripperPlaneTarget, JointTarget, PoseTarget, PositionTarget, Scene
-from ._chain import cheapest_chain
+from ._chain import ChainSearch
 from ._clearance import Touch, arm, margin, touch
 from ._configurations import (
     free_grid,
@@ -37,12 +37,13 @@ _COMFORT_COST = 1.0  # of a waypoint at the clearance asked, in units of a large
 class ArmPath:
     """Waypoints (k, n) along a tool path, or None and the reason.
 
-    `breaks` marks a failure that a finer path may mend; `touch` what is in the way, where that is the reason.
+    `jump`: where on the path (a share of its points) no posture goes over into another, and the joint step missing there
+    (rad), which a finer path may mend; `touch`: what is in the way, where that is the reason.
     """
 
     waypoints: Floats | None
     reason: str = ""
-    breaks: bool = False
+    jump: tuple[float, float] | None = None
     touch: Touch | None = None
 
 
@@ -68,11 +69,18 @@ def _by_position(scene: Scene) -> bool:
     return known and some and all(isinstance(end, (PositionTarget, JointTarget)) for end in ends)
 
 
-def follow_branches(scene: Scene, points: Floats) -> ArmPath:
-    """Waypoints for the tool points (k, 3): candidates at every point, then the cheapest continuous chain, then refined."""
+def follow_branches(scene: Scene, points: Floats, *, whole: bool = True) -> ArmPath:
+    """Waypoints for the tool points (k, 3): candidates at every point, then the cheapest continuous chain, then refined.
+
+    Where the chain breaks, the points behind are still looked at, since one without any posture matters more: a break may
+    mend on a finer path. Not so with `whole` False, which stops at the break.
+    """
     family = _family(scene, points)
     layers, margins, chosen = [], [], []
     free, spacing = _grid(scene)
+    limit = scene.options.max_joint_step
+    coarse_limit = max(limit, 2.5 * float(spacing.max()))  # the grid itself moves joints by about its spacing
+    chain, broken = ChainSearch(coarse_limit), None
     for k in range(len(points)):
         layer, spare, angle, reason = _usable(scene, *family(k, free))
         if not len(layer):
@@ -81,30 +89,35 @@ def follow_branches(scene: Scene, points: Floats) -> ArmPath:
         layers.append(layer)
         margins.append(spare)
         chosen.append(angle)
-    limit = scene.options.max_joint_step
-    coarse_limit = max(limit, 2.5 * float(spacing.max()))  # the grid itself moves joints by about its spacing
-    chain = cheapest_chain(layers, [_cost(m) for m in margins], coarse_limit)
-    if chain.broken_at is not None:
-        k = chain.broken_at
-        return ArmPath(
-            None,
-            f"no continuous chain of postures from path point {k - 1} to {k} {np.round(points[k], 3).tolist()}",
-            True,
-        )
+        if broken is None and not chain.extend(layer, _cost(spare)):
+            broken = _jump(points, k, chain.gap(layer), coarse_limit)
+        if broken is not None and not whole:
+            break
+    if broken is not None:
+        return broken
     count = _REFINED[len(spacing) - 1] if spacing.any() else 1
     finer = np.linspace(-1.0, 1.0, count)[:, None] * spacing
     if len(spacing) == 2:
         finer = np.stack(np.meshgrid(*finer.T, indexing="ij"), axis=-1).reshape(-1, 2)
-    layers2, margins2 = [], []
-    for k, index in enumerate(chain.indices):
+    layers2, fine = [], ChainSearch(limit)
+    for k, index in enumerate(chain.indices()):
         layer, spare, _, _ = _usable(scene, *family(k, chosen[k][index] + finer))
         near = np.abs(layer - layers[k][index]).max(axis=1) <= coarse_limit
-        layers2.append(np.concatenate([layers[k][index][None], layer[near]]))
-        margins2.append(np.concatenate([margins[k][index][None], spare[near]]))
-    fine = cheapest_chain(layers2, [_cost(m) for m in margins2], limit)
-    if fine.broken_at is not None:
-        return ArmPath(None, f"joint steps above {np.degrees(limit):.3g} degrees at path point {fine.broken_at}", True)
-    return ArmPath(np.stack([layer[i] for layer, i in zip(layers2, fine.indices)]))
+        layer = np.concatenate([layers[k][index][None], layer[near]])
+        if not fine.extend(layer, _cost(np.concatenate([margins[k][index][None], spare[near]]))):
+            return _jump(points, k, fine.gap(layer), limit)
+        layers2.append(layer)
+    return ArmPath(np.stack([layer[i] for layer, i in zip(layers2, fine.indices())]))
+
+
+def _jump(points: Floats, k: int, gap: float, limit: float) -> ArmPath:
+    """Between two points of the path no posture goes over into another one."""
+    reason = (
+        f"the arm cannot follow the tool's path without a jump: at point {k} of {len(points) - 1}, "
+        f"{np.round(points[k], 3).tolist()}, a joint would move {np.degrees(gap):.3g} degrees at once, "
+        f"more than {np.degrees(limit):.3g}"
+    )
+    return ArmPath(None, reason, jump=(k / (len(points) - 1), gap))
 
 
 def _grid(scene: Scene) -> tuple[Floats, Floats]:

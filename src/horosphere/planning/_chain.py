@@ -19,22 +19,48 @@ class Chain:
     broken_at: int | None
 
 
-def cheapest_chain(layers: Sequence[Floats], costs: Sequence[Floats], step_limit: float) -> Chain:
-    """The chain through `layers` (each (m_k, n) configurations) of least sum of squared joint steps and node `costs`.
+class ChainSearch:
+    """The cheapest chains to every configuration of the last layer, grown layer by layer.
 
     Steps are not wrapped: a chain never crosses a joint limit. One step of size `step_limit` in one joint costs 1.
     """
-    from ._chain_kernels import extend_chain
 
-    cost, origins = np.array(costs[0]), []
-    for k in range(1, len(layers)):
-        new_cost, origin = np.empty(len(layers[k])), np.empty(len(layers[k]), dtype=np.int64)
-        node_cost = np.ascontiguousarray(costs[k])
-        if not extend_chain(layers[k - 1], cost, layers[k], node_cost, step_limit**-2, step_limit, new_cost, origin):
+    def __init__(self, step_limit: float) -> None:
+        self._limit = step_limit
+        self._layer, self._cost = np.zeros((0, 0)), np.zeros(0)
+        self._origins: list[NDArray[np.int64]] = []
+
+    def extend(self, layer: Floats, cost: Floats) -> bool:
+        """Adds a layer (m, n) and its node costs (m,), unless no chain reaches it: then nothing is added and False returned."""
+        from ._chain_kernels import extend_chain
+
+        origin = np.full(len(layer), -1)
+        new_cost = np.array(cost)
+        if self._origins and not extend_chain(
+            self._layer, self._cost, layer, np.ascontiguousarray(cost), self._limit**-2, self._limit, new_cost, origin
+        ):
+            return False
+        self._layer, self._cost = layer, new_cost
+        self._origins.append(origin)
+        return True
+
+    def gap(self, layer: Floats) -> float:
+        """The largest joint step from the last layer to `layer` (m, n) on the chain where that is smallest."""
+        reached = self._layer[np.isfinite(self._cost)]
+        return min(float(np.abs(layer - q).max(axis=1).min()) for q in reached)
+
+    def indices(self) -> NDArray[np.int64]:
+        """The configuration of each layer on the cheapest chain."""
+        found = [int(np.argmin(self._cost))]
+        for origin in reversed(self._origins[1:]):
+            found.append(int(origin[found[-1]]))
+        return np.array(found[::-1])
+
+
+def cheapest_chain(layers: Sequence[Floats], costs: Sequence[Floats], step_limit: float) -> Chain:
+    """The chain through `layers` (each (m_k, n) configurations) of least sum of squared joint steps and node `costs`."""
+    search = ChainSearch(step_limit)
+    for k, (layer, cost) in enumerate(zip(layers, costs)):
+        if not search.extend(layer, cost):
             return Chain(np.zeros(0, np.int64), k)
-        cost = new_cost
-        origins.append(origin)
-    indices = [int(np.argmin(cost))]
-    for origin in reversed(origins):
-        indices.append(int(origin[indices[-1]]))
-    return Chain(np.array(indices[::-1]), None)
+    return Chain(search.indices(), None)

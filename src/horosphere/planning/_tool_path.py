@@ -63,7 +63,9 @@ def tool_path(scene: Scene, start: Floats, goal: Floats, step: float, wider: dic
         center, radius = shape.bounding_ball()
         nearest = min(np.linalg.norm(start - center), np.linalg.norm(goal - center))
         if not isinstance(shape, Ball) and nearest <= (radius + grown) * (1.0 + 1e-9):
-            unseen.setdefault("their bounding balls hold the start or the goal; the links see them", []).append(name)
+            unseen.setdefault("the start or the goal lies in the bounding ball; the links see all of it", []).append(
+                name
+            )
             continue
         centers.append(center)
         radii.append(radius + wider.get(name, 0.0))

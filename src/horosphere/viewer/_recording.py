@@ -25,6 +25,8 @@ GLASS = 0.3
 """Opacity of what would hide the robot."""
 START, GOAL = (120, 120, 120), (46, 160, 67)
 FRAMES_PER_SECOND, MOST_FRAMES = 25.0, 300
+REST = 0.8
+"""Seconds for which the end is seen before the player starts again."""
 AMBIENT = 1.5
 FIELD_OF_VIEW, ASPECT, FILLED = 0.7, 1.25, 0.9
 """Of the camera, vertical, rad; the narrowest picture it fits; how much of that the scene may fill."""
@@ -82,7 +84,8 @@ def record(scene: Scene, trajectory: Trajectory | None, path: Floats | None = No
             if k:
                 serializer.insert_sleep(float(time[k] - time[k - 1]))
             pose(server, moving, k)
-        serializer.insert_sleep(0.8)  # the goal is seen for a moment before the player starts again
+        if len(time) > 1:
+            serializer.insert_sleep(REST)
         return serializer.as_html()
     finally:
         with silent():
@@ -147,7 +150,11 @@ def draw(server: Any, scene: Scene, q: Floats, path: Floats | None) -> list[tupl
         planned = np.column_stack([path[:, :3], np.zeros((len(path), max(0, 3 - path.shape[1])))])
         _polyline(api, "/planned path", planned, (150, 150, 150), 1.0)
     mark = 0.016 * extent
-    _mesh(api, "/start", ball(tool[0], mark), START)
+    begin = (
+        getattr(scene.start, "position", None) if len(tool) == 1 else None
+    )  # then the posture shown need not be there
+    begin = tool[0] if begin is None else np.concatenate([begin[:3], np.zeros(max(0, 3 - len(begin)))])
+    _mesh(api, "/start", ball(begin, mark), START)
     _mesh(api, "/goal", ball(end, 1.2 * mark), GOAL)
     moving = []
     for part in body:

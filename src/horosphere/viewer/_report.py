@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ..scenes import Scene, Trajectory
 from ._measure import measure
 from ._plots import plots
-from ._recording import record
+from ._recording import REST, record
 from ._summary import Summary, summarise
 
 _STYLE = """
@@ -35,13 +35,6 @@ table { border-collapse: collapse; width: 100%; } td { padding: 4px 0; vertical-
 tr:first-child td { border-top: 0; } td:first-child { color: #666; padding-right: 16px; white-space: nowrap; width: 1%; }
 ul { margin: 0; padding-left: 18px; } footer { color: #888; font-size: 12.5px; margin-top: 18px; }
 """
-_KEYS = (
-    ("#1f5a99", "robot"),
-    ("#9a9a9a", "start (its posture faint)"),
-    ("#2ea043", "goal"),
-    ("#d66e46", "obstacles"),
-    ("#1e1e1e", "path of the tool"),
-)
 
 
 def report_html(
@@ -73,14 +66,42 @@ def report_html(
         notes=notes,
     )
     player = record(scene, trajectory, path)
+    moves = trajectory is not None and len(trajectory) > 1
     curves = {} if measures is None or trajectory is None or len(trajectory) < 2 else plots(scene, measures)
-    return page(scene, summary, player, curves)
+    return page(scene, summary, player, curves, moves=moves)
 
 
-def page(scene: Scene, summary: Summary, player: str, curves: dict[str, str]) -> str:
-    """The parts put together."""
+def legend(scene: Scene, *, moves: bool) -> str:
+    """How to look round, and a key for each thing that is drawn, as HTML. `moves`: there is a motion to see."""
+    posed = moves or hasattr(scene.start, "q") or not hasattr(scene.robot, "limits")
+    robot = "robot" if posed else "robot (amid its joint limits, not at the start)"
+    keys = [("#1f5a99", robot), ("#9a9a9a", "start (its posture faint)" if moves else "start"), ("#2ea043", "goal")]
+    keys += [("#d66e46", "obstacles")] * bool(scene.obstacles) + [("#1e1e1e", "path of the tool")] * moves
+    shown = "".join(f'<span class="key" style="background:{color}"></span>{name}' for color, name in keys)
+    time = f"; the slider moves time, and for its last {REST:g} s the robot rests at the end" if moves else ""
+    return f'<p class="legend">Drag to turn, scroll to zoom{time}.{shown}</p>'
+
+
+def document(title: str, body: str) -> str:
+    """A page with our style and its footer; title and body are HTML already."""
     from importlib.metadata import version
 
+    return (
+        f'<!doctype html>\n<html lang="en"><head><meta charset="utf-8"><title>{title}</title>'
+        '<meta name="viewport" content="width=device-width, initial-scale=1"><link rel="icon" href="data:,">'
+        f"<style>{_STYLE}</style></head><body><main><h1>{title}</h1>{body}"
+        f"<footer>horosphere {version('horosphere')}. Lengths in metres unless they say otherwise. "
+        "This file needs no network.</footer></main></body></html>\n"
+    )
+
+
+def scene_frame(player: str) -> str:
+    """The recording inside a page."""
+    return f'<div class="scene"><iframe title="animation" srcdoc="{html.escape(player, quote=True)}"></iframe></div>'
+
+
+def page(scene: Scene, summary: Summary, player: str, curves: dict[str, str], *, moves: bool = True) -> str:
+    """The parts put together."""
     e = html.escape
     rows = "".join(f"<tr><td>{e(label)}</td><td>{e(value)}</td></tr>" for label, value in summary.rows)
     cards = [f'<section class="card"><h2>Result</h2><table>{rows}</table></section>']
@@ -88,17 +109,7 @@ def page(scene: Scene, summary: Summary, player: str, curves: dict[str, str]) ->
     if summary.notes:
         items = "".join(f"<li>{e(note)}</li>" for note in summary.notes)
         cards.append(f'<section class="card"><h2>Notes</h2><ul>{items}</ul></section>')
-    keys = "".join(f'<span class="key" style="background:{color}"></span>{name}' for color, name in _KEYS)
     about = f'<p class="about">{e(scene.description)}</p>' if scene.description else ""
-    return (
-        f'<!doctype html>\n<html lang="en"><head><meta charset="utf-8"><title>{e(scene.name)}</title>'
-        '<meta name="viewport" content="width=device-width, initial-scale=1"><link rel="icon" href="data:,">'
-        f"<style>{_STYLE}</style></head><body><main>"
-        f"<h1>{e(scene.name)}</h1>{about}"
-        f'<p class="verdict {"good" if summary.good else "bad"}" id="verdict">{e(summary.verdict)}</p>'
-        f'<div class="scene"><iframe title="animation" srcdoc="{e(player, quote=True)}"></iframe></div>'
-        f'<p class="legend">Drag to turn, scroll to zoom; the slider moves time.{keys}</p>'
-        f'<div class="cards">{"".join(cards)}</div>'
-        f"<footer>horosphere {version('horosphere')}. Lengths in metres unless they say otherwise. "
-        "This file needs no network.</footer></main></body></html>\n"
-    )
+    verdict = f'<p class="verdict {"good" if summary.good else "bad"}" id="verdict">{e(summary.verdict)}</p>'
+    shown = scene_frame(player) + legend(scene, moves=moves)
+    return document(e(scene.name), f'{about}{verdict}{shown}<div class="cards">{"".join(cards)}</div>')

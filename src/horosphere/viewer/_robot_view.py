@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import html
 import math
 import time
 from typing import Any
@@ -13,6 +14,7 @@ from ..robots import Robot
 from ..scenes import JointTarget, Scene
 from ._parts import link_poses
 from ._recording import draw, new_server, pose, record, silent
+from ._report import document, scene_frame
 
 PERIOD = 0.04
 
@@ -38,7 +40,13 @@ def _alone(robot: Robot) -> Scene:
 
 def robot_html(robot: Robot) -> str:
     """The collision model in a free posture as one offline HTML page. Raises InputError without the extra `view`."""
-    return record(_alone(robot), None)
+    links = {robot.links[k].name for k in robot.capsules.link}
+    caption = (
+        f"{robot.n_joints} joints; {len(robot.capsules)} collision bodies on {len(links)} links, one colour a link, in a "
+        "posture in which they touch least; a ball marks the tool. Drag to turn, scroll to zoom."
+    )
+    title = html.escape(robot.name)
+    return document(title, f'{scene_frame(record(_alone(robot), None))}<p class="legend">{caption}</p>')
 
 
 class RobotView:

@@ -13,6 +13,9 @@ from ..scenes import PointRobot, Scene, Trajectory, kind_of
 from ._measure import Measures
 from ._parts import stride
 
+_UNASKED = "always touching", "not seen touching"
+"""Reasons for which pairs of links are left out without anybody having asked for it."""
+
 
 @dataclass(frozen=True, slots=True)
 class Summary:
@@ -45,14 +48,23 @@ def summarise(
         rows.append(("Certified clearance", _clearance(certificate, scene, certified)))
         if getattr(certificate, "nearest", ""):
             rows.append(("Nearest", str(certificate.nearest)))
-        if getattr(certificate, "allowed", ()):
-            rows.append(("Allowed contacts", _contacts(certificate.allowed)))
+        contacts = getattr(certificate, "allowed", ())
+        unasked = tuple(text for text in contacts if text.partition(": ")[2].startswith(_UNASKED))
+        allowed = tuple(text for text in contacts if text not in unasked)
+        if allowed:
+            rows.append(("Allowed contacts", _contacts(allowed)))
+        if unasked:
+            rows.append(("Not checked", _contacts(unasked).replace(" may touch ", " / ")))
         if math.isfinite(getattr(certificate, "self_clearance", math.inf)):
             rows.append(("Self-clearance", f"at least {bound(certificate.self_clearance)}"))
     if measures is not None and measures.clearance is not None:
         lowest = int(np.argmin(measures.clearance))
         rows.append(
-            ("Least clearance seen", f"{1e3 * measures.clearance[lowest]:.2f} m{unit} at {measures.time[lowest]:.2f} s")
+            (
+                "Least clearance seen",
+                f"{1e3 * measures.clearance[lowest]:.2f} m{unit} at {measures.time[lowest]:.2f} s, "
+                f"of {len(measures.time)} moments",
+            )
         )
     error = goal_error(measures)
     if error is not None:
@@ -93,7 +105,7 @@ def _verdict(scene: Scene, certificate: Any, solved: bool | None, reason: str, g
         if not math.isfinite(certificate.clearance):
             return f"{word}; there is no obstacle to keep clear of"
         unit = getattr(scene.robot, "unit", "m")
-        least = f"comes closer than {bound(certificate.clearance, 1, unit)} to any obstacle"
+        least = f"comes closer than {bound(certificate.clearance, unit=unit)} to any obstacle"
         touching = sum(" may touch " in text and ":" not in text for text in getattr(certificate, "allowed", ()))
         least += f", but for {touching} allowed contact{'s' * (touching > 1)}" if touching else ""
         if any(note.startswith("WITHOUT collision body") for note in getattr(scene.robot, "notes", ())):
@@ -127,11 +139,7 @@ def _clearance(certificate: Any, scene: Scene, certified: bool) -> str:
     unit = getattr(scene.robot, "unit", "m")
     least = bound(value, unit=unit)
     asked = 1e3 * scene.options.clearance
-    required = (
-        f"(required {asked:.1f} m{unit})"
-        if f"{asked:.6g}" == f"{round(asked, 1):.6g}"
-        else f"(required {asked:g} m{unit})"
-    )
+    required = f"(required {asked:g} m{unit})"
     return f"at least {least} {required}" if certified else f"not certified; bound {least} {required}"
 
 
