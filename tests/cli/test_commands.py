@@ -22,17 +22,20 @@ HEAVY = ("scipy", "numba", "viser", "matplotlib", "trimesh", "pydantic", "yourdf
 @pytest.mark.parametrize(
     ("file", "options"),
     [
-        ("panda_spheres.urdf", ["--tip", "panda_grasptarget"]),
+        ("panda_spheres.urdf", ["--tip", "panda_grasptarget", "--tolerance", "0.005"]),
         ("nao.urdf", ["--base", "torso", "--tip", "l_gripper", "--link-radius", "0.03"]),
     ],
 )
 def test_a_first_scene_plans_as_it_stands(run, shared_data, tmp_path, file, options):
-    path = tmp_path / "new" / "first.yaml"
+    path = tmp_path / "new" / "desk.yaml"
     made = run("robot", shared_data / file, *options, "--scene", path)
-    assert made.code == 0 and "first.yaml" in made.out
+    assert made.code == 0 and "desk.yaml" in made.out
     planned = run("plan", path, "--out", tmp_path / "out", "--no-report", "--time", "0")
     assert planned.code == 0 and "Solved and certified" in planned.out
-    assert "robot" in path.read_text() and "table" in path.read_text() and "name: first" in path.read_text()
+    written = path.read_text()
+    assert (
+        "table" in written and "name: desk" in written and ("tolerance: 0.005" in written) == ("--tolerance" in options)
+    )
 
 
 def test_a_robot_says_where_its_tool_is(run):

@@ -142,7 +142,7 @@ def robot(
 def _as_written(file: str, options: dict[str, Any]) -> Any:
     """The robot as a scene file has it: a name, or a file with the options that are not the usual ones."""
     path = Path(file)
-    usual = {"collision": "capsules", "tolerance": 0.005, "geometry": "auto"}
+    usual = {"collision": "capsules", "geometry": "auto"}
     given = {
         name: str(value.resolve()) if isinstance(value, Path) else value
         for name, value in options.items()
