@@ -170,7 +170,9 @@ def batches(n: int) -> None:
         )
         if n >= 100_000:
             share = found["numpy, copy of as many bytes"] / found["horosphere, out="]
-            print(f"  reached of the memory's speed: {share:.0%} ({8 * numbers / found['horosphere'] / 1e9:.0f} GB/s)")
+            print(
+                f"  reached of the memory's speed: {share:.0%} ({8 * numbers / found['horosphere, out='] / 1e9:.0f} GB/s)"
+            )
 
     product, on_point = ("clifford", one and one.product), ("clifford", one and one.on_point)
     run("motor product", ours.motor_product, (a, b), out, "product", product, lambda: first @ second)

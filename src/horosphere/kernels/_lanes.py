@@ -155,6 +155,26 @@ def load_records(typing_context, array, i, k, tag):
     return result(array, types.intp, k, tag), code
 
 
+@intrinsic(prefer_literal=True)
+def prefetch_records(typing_context, array, i, k):
+    """Ask for eight records of k numbers from i on, one line of the cache each, before they are loaded."""
+    if not isinstance(k, types.IntegerLiteral):
+        return None
+    count = k.literal_value
+
+    def code(context, builder, sig, args):
+        start = _data_pointer(context, builder, array, args[0], builder.mul(args[1], ir.Constant(args[1].type, count)))
+        byte = ir.IntType(8).as_pointer()
+        form = ir.FunctionType(ir.VoidType(), [byte, _I32, _I32, _I32])
+        prefetch = cgutils.get_or_insert_function(builder.module, form, "llvm.prefetch.p0i8")
+        for line in range(count):  # eight records are as many lines of eight numbers
+            address = builder.bitcast(builder.gep(start, [_I64(8 * line)]), byte)
+            builder.call(prefetch, [address, _I32(0), _I32(3), _I32(1)])  # to read, into the nearest cache, data
+        return context.get_dummy_value()
+
+    return types.void(array, types.intp, k), code
+
+
 @intrinsic
 def store_records(typing_context, array, i, values):
     """Write a tuple of lanes as records i, i+1, ... of a C-contiguous array (inverse of `load_records`)."""
