@@ -14,9 +14,9 @@ from . import _lanes
 from ._cache import OPTIONS, attach_cache
 from ._trace import Trace
 
-_WIDE, _LARGE, _AHEAD = 16, 16_384, 48
-"""Numbers a record and records from which on its inputs are asked for ahead, and by how many records: out of cache the processor's
-own guesses fall short of a copy's speed where three arrays of motors are walked at once. It costs others a few percent."""
+_WIDE, _AHEAD = 14, 48
+"""Numbers a record from which on the inputs are asked for ahead, and by how many records: out of cache the processor's own guesses
+fall short of a copy's speed where long records of two arrays are read at once. In cache it costs a few percent."""
 _FROM_LANES = (
     "EIGHT",
     "ONE",
@@ -76,14 +76,13 @@ def _text(trace: Trace, axes: Sequence[tuple[int, ...]], single: Sequence[bool],
             first += width
         return lines
 
-    far = batched if sum(width for _, width in batched) >= _WIDE else []
+    ahead = batched if sum(width for _, width in batched) >= _WIDE else []
     last = len(trace.outputs) - 1
     lines = [
         f"def {trace.name}(arrays, count):",
         *(f"    {name} = array_at(arrays, {k})" for k, name in enumerate(arrays)),
         *(f"    one_{name} = load_records({name}, 0, {width}, ONE)" for name, width, alone in inputs if alone),
         "    whole = count // 8 * 8",
-        *([f"    far = whole - {_AHEAD + 8} if count >= {_LARGE} else 0"] if far else []),
         *(["    zeros, zero = spread(0.0, EIGHT), 0.0"] if finite else []),
         "    if whole > 0:",
         *loads("0", " " * 8),
@@ -94,8 +93,7 @@ def _text(trace: Trace, axes: Sequence[tuple[int, ...]], single: Sequence[bool],
         f"            values = {call('next')}",
         *loads("i + 8 if i + 8 < whole else 0", " " * 12),
         *stores("done", "i - 8 if i > 0 else 0", " " * 12),
-        *(["            if i < far:"] if far else []),
-        *(f"                prefetch_records({name}, i + {_AHEAD}, {width})" for name, width in far),
+        *(f"            prefetch_records({name}, i + {_AHEAD}, {width})" for name, width in ahead),
         "    for i in range(whole, count):",
         *(f"        last_{name} = load_records({name}, i, {width}, ONE)" for name, width in batched),
         f"        value = {call('last')}",
