@@ -1,7 +1,5 @@
 """Distances to meshes and large clouds against coal, trimesh, least squares over all triangles, and finite differences."""
 
-import time
-
 import numpy as np
 import pytest
 import trimesh
@@ -193,6 +191,78 @@ def test_parts_cavities_and_wrong_windings():
     assert soup.is_watertight and soup.signed_distance([0.0, 0, 0]) == pytest.approx(-0.5)
 
 
+def crumpled(rng):
+    """A ball whose corners were moved by more than its triangles are long: it folds over itself."""
+    source = trimesh.creation.icosphere(3, 0.3)
+    return trimesh.Trimesh(source.vertices + 0.05 * rng.normal(size=source.vertices.shape), source.faces, process=False)
+
+
+def knotted(rng):
+    """A tube along a curve that passes through itself: in the crossing its winding number is 2."""
+    t = np.linspace(0.0, 2.0 * np.pi, 60, endpoint=False)
+    path = 0.3 * np.stack([np.sin(t), np.sin(t) * np.cos(t), 0.05 * np.sin(3.0 * t)], axis=1)
+    along = np.roll(path, -1, axis=0) - np.roll(path, 1, axis=0)
+    across = np.cross(along, [0.0, 0.0, 1.0])
+    across /= np.linalg.norm(across, axis=1)[:, None]
+    angle = np.linspace(0.0, 2.0 * np.pi, 10, endpoint=False)[:, None]
+    ring = np.cos(angle)[None] * across[:, None] + np.sin(angle)[None] * np.array([0.0, 0.0, 1.0])
+    vertices = (path[:, None] + rng.uniform(0.03, 0.08) * ring).reshape(-1, 3)
+    i, j = np.divmod(np.arange(600), 10)
+    a, b, c, d = 10 * i + j, 10 * ((i + 1) % 60) + j, 10 * ((i + 1) % 60) + (j + 1) % 10, 10 * i + (j + 1) % 10
+    faces = np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
+    return trimesh.Trimesh(vertices, faces, process=False)
+
+
+def pinched(rng):
+    """A ring, where two corners of one section were put at the same place: two fans of triangles meet there."""
+    source = trimesh.creation.torus(0.3, 0.1, major_sections=8, minor_sections=6)
+    vertices = np.array(source.vertices)
+    section = np.flatnonzero((np.abs(vertices[:, 1]) < 1e-9) & (vertices[:, 0] > 0.0))
+    low, high = section[np.argsort(vertices[section, 2])[[0, -1]]]
+    vertices[high] = vertices[low]
+    return trimesh.Trimesh(rng.uniform(0.5, 1.5) * vertices, source.faces, process=False)
+
+
+@pytest.mark.parametrize("make", [crumpled, knotted, pinched])
+@pytest.mark.parametrize("seed", range(3))
+def test_inside_a_surface_that_crosses_itself_is_what_it_winds_round(make, seed):
+    rng = np.random.default_rng(seed)
+    source = make(rng)
+    mesh = mesh_of(source)
+    assert mesh.is_watertight and (pack((mesh,)).rows[:, 9] == 3.0).all()
+    x = rng.uniform(*(1.2 * source.bounds), (1_000, 3))
+    inside = np.abs([winding(p, source.triangles) for p in x]) > 0.5
+    _, near, _ = trimesh.proximity.ProximityQuery(source).on_surface(x)
+    signed = mesh.signed_distance(x)
+    assert ((signed < 0.0) == inside).all() and np.abs(np.abs(signed) - near).max() < 1e-6  # trimesh's own tolerance
+    assert 30 < inside.sum() < 970
+    for a, b in zip(x[:40], x[40:80], strict=True):  # a segment is apart only where no point of it lies inside
+        b = a + 0.2 * (b - a)
+        points = a + np.linspace(0.0, 1.0, 200)[:, None] * (b - a)
+        d = float(capsule_distance(a, b, 0.0, mesh))
+        step = 0.5 * np.linalg.norm(b - a) / 199
+        _, near, _ = trimesh.proximity.ProximityQuery(source).on_surface(points)
+        if any(abs(winding(p, source.triangles)) > 0.5 for p in points):
+            assert d <= 0.0
+        elif d > 0.0:
+            assert near.min() - step - 1e-12 < d < near.min() + 1e-12
+        else:
+            assert near.min() <= step
+
+
+def test_a_folded_surface_says_nothing_of_points_far_away():
+    """A fan of slivers with dents larger than the slivers are wide; seen from afar its normals point anywhere."""
+    rng = np.random.default_rng(5)
+    source = trimesh.creation.cylinder(0.05, 0.2, sections=48).subdivide().subdivide().subdivide()
+    source.merge_vertices()
+    source = trimesh.Trimesh(
+        source.vertices + 5e-4 * rng.normal(size=source.vertices.shape), source.faces, process=False
+    )
+    x = rng.normal(size=(2_000, 3))
+    x *= rng.uniform(0.13, 1.0, (2_000, 1)) / np.linalg.norm(x, axis=1)[:, None]
+    assert (mesh_of(source).signed_distance(x) > 0.0).all()
+
+
 def test_an_open_mesh_is_a_surface():
     source = trimesh.creation.box([1.0, 1.0, 1.0])
     sheet = Mesh(source.vertices, source.faces[:-1])
@@ -244,13 +314,15 @@ def test_a_tree_gives_what_single_rows_give(seed):
     np.testing.assert_allclose(table.distance.min(axis=(1, 2)), alone, atol=1e-14)
 
 
-def test_a_million_points_in_seconds():
+def test_a_million_points():
     rng = np.random.default_rng(0)
     x = rng.uniform(-1.0, 1.0, (1_000_000, 3))
     robot = random_robot(rng)
-    start = time.perf_counter()
     cloud = PointCloud(x, 0.005)
-    distance.signed(robot, np.zeros(robot.n_joints), [cloud])
-    assert time.perf_counter() - start < 20.0  # 2 s on a free machine; the first call may compile
+    found = float(distance.signed(robot, np.zeros(robot.n_joints), [cloud]))
+    few = [PointCloud(x[k::10], 0.005) for k in range(10)]
+    assert found == pytest.approx(
+        min(float(distance.signed(robot, np.zeros(robot.n_joints), [c])) for c in few), abs=1e-14
+    )
     p = rng.uniform(-1.0, 1.0, (200, 3))
     np.testing.assert_allclose(cloud.signed_distance(p), cKDTree(x).query(p)[0] - 0.005, atol=1e-12)

@@ -142,8 +142,6 @@ def _field(enclosed: NDArray[np.bool_], outside: NDArray[np.bool_], middle: Floa
     field = np.zeros(enclosed.shape)
     field[skin] = -mesh.signed_distance(middle + np.argwhere(skin) * cell)
     field[skin & enclosed] = np.abs(field[skin & enclosed])
-    # a surface that folds over itself has no sides to tell: no cell is deeper than the way to the nearest one outside
-    np.minimum(field, cell * (np.asarray(inward[0]) + 1.0), out=field)
     deep = enclosed & ~skin
     field[deep] = cell * inward[0][deep] + field[tuple(inward[1][:, deep])]
     away = ~enclosed & ~skin

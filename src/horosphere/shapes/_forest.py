@@ -8,16 +8,18 @@ from weakref import WeakKeyDictionary
 import numpy as np
 from numpy.typing import NDArray
 
-from ._ball_tree import ball_tree
+from ._ball_tree import BallTree, ball_tree
 from ._base import Floats
 from ._sampled import Mesh, PointCloud
-from ._shells import shells, unit_normals
+from ._shells import Shell, shells, unit_normals
 
 CLOUD, MESH = 5.0, 6.0
 WIDTH, TRIANGLE = 18, 34
 FEW = 64
 """Clouds of fewer balls are rows of their own; more go into a tree."""
 LEAF = 4
+CROSSING = 1e-13
+"""Parts of a closed surface nearer than this share of its coordinates count as crossing: rounding cannot tell them apart."""
 
 
 class Forest(NamedTuple):
@@ -90,7 +92,7 @@ def _mesh(mesh: Mesh) -> tuple[Floats, Forest]:
         table = np.column_stack([*(part.reshape(m, -1) for part in parts), middle, radius])[tree.order]
         row = np.zeros((1, WIDTH))
         row[0, 0], row[0, 1:5] = MESH, tree.nodes[0]
-        row[0, 6:12] = counts[0], tree.leaves, counts[1], 2 * shell.convex or shell.closed, counts[2], counts[2] + m
+        row[0, 6:12] = counts[0], tree.leaves, counts[1], _kind(shell, tree, table), counts[2], counts[2] + m
         row[0, 12:15], row[0, 15:18] = corners.min(axis=(0, 1)), corners.max(axis=(0, 1))
         rows.append(row)
         nodes.append(tree.nodes)
@@ -102,6 +104,16 @@ def _mesh(mesh: Mesh) -> tuple[Floats, Forest]:
         return np.zeros((0, WIDTH)), empty
     table = np.concatenate(items)
     return np.concatenate(rows), Forest(np.concatenate(nodes), np.concatenate(ends), np.zeros((0, 4)), table)
+
+
+def _kind(shell: Shell, tree: BallTree, table: Floats) -> int:
+    """0 a surface, 1 a solid, 2 a convex one, 3 one whose surface may cross itself."""
+    if not shell.closed or shell.convex:
+        return 2 * shell.closed
+    from ._crossing_kernels import crosses_itself
+
+    nearness = CROSSING * float(np.abs(shell.triangles).max())
+    return 3 if shell.pinched or crosses_itself(_writable(tree.nodes), _writable(tree.first), table, nearness) else 1
 
 
 def _writable(array: NDArray) -> NDArray:

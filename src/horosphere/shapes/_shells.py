@@ -14,13 +14,17 @@ Integers = NDArray[np.int64]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Shell:
-    """Triangles (m, 3, 3) of one solid, wound outwards, or of a surface; `corners`, `edges` (m, 3, 3): see `_tree_kernels`."""
+    """Triangles (m, 3, 3) of one solid, wound outwards, or of a surface; `corners`, `edges` (m, 3, 3): see `_tree_kernels`.
+
+    `pinched`: at some corner two fans of triangles meet, as where two tips touch.
+    """
 
     triangles: Floats
     corners: Floats
     edges: Floats
     closed: bool
     convex: bool = False
+    pinched: bool = False
 
 
 def open_edges(vertices: Floats, faces: Integers) -> Floats:
@@ -155,7 +159,22 @@ def _shell(points: Floats, faces: Integers, closed: bool) -> Shell:
     angle = np.arctan2(np.linalg.norm(np.cross(sides, before), axis=-1), (sides * before).sum(-1))
     at_corner = np.zeros((int(faces.max()) + 1, 3))
     np.add.at(at_corner, faces.ravel(), (angle[..., None] * normal[:, None]).reshape(-1, 3))
-    return Shell(triangles, at_corner[faces], at_edge[number], closed, closed and _convex(triangles))
+    convex = closed and _convex(triangles)
+    pinched = closed and not convex and _pinched(faces, number)
+    return Shell(triangles, at_corner[faces], at_edge[number], closed, convex, pinched)
+
+
+def _pinched(faces: Integers, number: Integers) -> bool:
+    """Whether the faces at some vertex of a closed surface do not follow each other all round it; `number`: edges of the faces."""
+    side = np.argsort(number.ravel(), kind="stable").reshape(-1, 2)
+    twin = np.empty(3 * len(faces), np.int64)
+    twin[side[:, 0]], twin[side[:, 1]] = side[:, 1], side[:, 0]
+    following = 3 * (twin // 3) + (twin + 1) % 3  # side -> the side of the next face that starts at the same vertex
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.csgraph import connected_components
+
+    graph = coo_matrix((np.ones(len(twin), np.int8), (np.arange(len(twin)), following)), shape=(len(twin), len(twin)))
+    return connected_components(graph, directed=False)[0] > len(np.unique(faces))
 
 
 def unit_normals(triangles: Floats) -> Floats:

@@ -1,7 +1,8 @@
 """Segments against point clouds and meshes, through a tree of balls: compiled code on scalars.
 
 The arrays are those of `_forest.Forest`; numbers of a row of `pack`:
-  6 first node, 7 number of leaves, 8 first entry of `ends`, 9: 0 a surface, 1 a solid, 2 a convex solid
+  6 first node, 7 number of leaves, 8 first entry of `ends`, 9: 0 a surface, 1 a solid, 2 a convex solid,
+  3 a solid whose surface may cross itself
   10, 11 first and last + 1 of its triangles or balls, 12-17 the corners of its box
 A triangle (34): corners 0-8, unit normal 9-11 (zero if the corners lie in a line: only its edges count), sums of the normals at
 its edges 12-20 (the edge after corner k at 12 + 3 k), sums of the normals at its corners weighted by angles 21-29, a ball round
@@ -18,6 +19,7 @@ import numpy as np
 
 from ..kernels import jit
 from ._segment_kernels import clamp, closest_parameters, inner, unit_normal_to
+from ._winding_kernels import winds_round
 
 # as `inner`, with arrays of its own; said aloud, since numba hands down the flag of the caller
 allocating = partial(jit, _nrt=True, part=True)
@@ -181,13 +183,19 @@ def _foot(T, k, feature, x, y, z):
 
 
 @inner
-def _side(T, k, feature, dx, dy, dz):
-    """Positive outside: by the face's normal, or the sum of the normals round an edge or corner (weighted by their angles).
+def _within(S, j, nodes, ends, T, k, feature, x, y, z, dx, dy, dz):
+    """Whether x lies in a solid; its nearest point on the surface lies on this feature of triangle k, at x - d.
 
-    Source: Baerentzen and Aanaes 2005, signed distance computation using the angle weighted pseudonormal.
+    By the face's normal, or the sum of the normals round an edge or corner (weighted by their angles); of a surface that crosses
+    itself by its winding number. Source: Baerentzen and Aanaes 2005, signed distance computation using the angle weighted
+    pseudonormal; their proof wants a surface that does not cross itself.
     """
+    if S[j, 9] == 0.0:
+        return False
+    if S[j, 9] == 3.0:
+        return winds_round(S, j, nodes, ends, T, x, y, z)
     c = 9 + 3 * feature
-    return dx * T[k, c] + dy * T[k, c + 1] + dz * T[k, c + 2]
+    return dx * T[k, c] + dy * T[k, c + 1] + dz * T[k, c + 2] < 0.0
 
 
 @inner
@@ -201,7 +209,7 @@ def _point(S, j, nodes, ends, T, x, y, z, limit):
     length = math.sqrt(dx * dx + dy * dy + dz * dz)
     if length <= TOUCHING:
         return 0.0, T[k, 9], T[k, 10], T[k, 11]
-    sign = -1.0 if S[j, 9] > 0.0 and _side(T, k, feature, dx, dy, dz) < 0.0 else 1.0
+    sign = -1.0 if _within(S, j, nodes, ends, T, k, feature, x, y, z, dx, dy, dz) else 1.0
     return sign * length, sign * dx / length, sign * dy / length, sign * dz / length
 
 
@@ -224,12 +232,12 @@ def to_mesh(S, j, nodes, ends, T, ax, ay, az, ux, uy, uz, limit):
         x, y, z = ax + t * ux, ay + t * uy, az + t * uz
         fx, fy, fz = _foot(T, k, feature, x, y, z)
         dx, dy, dz = x - fx, y - fy, z - fz
-        if not solid or _side(T, k, feature, dx, dy, dz) >= 0.0:
+        if not _within(S, j, nodes, ends, T, k, feature, x, y, z, dx, dy, dz):
             length = math.sqrt(dx * dx + dy * dy + dz * dz)
             return d, t, dx / length, dy / length, dz / length
     elif not solid:
         return 0.0, t, T[k, 9], T[k, 10], T[k, 11]
-    if S[j, 9] > 1.0:
+    if S[j, 9] == 2.0:
         return _out_of_convex(S, j, T, ax, ay, az, ux, uy, uz)
     return _deepest(S, j, nodes, ends, T, ax, ay, az, ux, uy, uz, t)
 
