@@ -125,7 +125,8 @@ def test_robots_of_scenes(robot, says, tmp_path, capsys):
 
 
 def test_a_start_in_self_collision_names_the_pair_and_the_depth(tmp_path, capsys):
-    assert main(["plan", scene(tmp_path, start="[0, 2.9, 2.9]"), "--out", str(tmp_path / "out"), "--no-report"]) == 1
+    file = scene(tmp_path, robot="{urdf: robot.urdf, tolerance: 0.05}", start="[0, 2.9, 2.9]")
+    assert main(["plan", file, "--out", str(tmp_path / "out"), "--no-report"]) == 1
     assert "start in collision: link 'b' reaches 101 mm into 'd'" in capsys.readouterr().out
 
 

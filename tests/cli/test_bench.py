@@ -2,6 +2,8 @@
 
 import json
 
+import pytest
+
 from horosphere.cli._app import main
 
 
@@ -47,3 +49,58 @@ def test_random_prints_a_table(capsys, tmp_path):
 def test_where_nothing_can_be_written_is_said_first(capsys, tmp_path):
     assert main(["bench", "random", "--out", str(tmp_path / "no" / "rows.csv")]) == 2
     assert "rows.csv" in capsys.readouterr().err
+
+
+ARM = "".join(
+    f'<link name="{name}"><collision><origin xyz="0 0 0.1"/><geometry><box size="0.04 0.04 0.2"/></geometry></collision></link>'
+    for name in ("base", "upper", "lower", "hand", "camera")
+) + "".join(
+    f'<joint name="to_{child}" type="{kind}"><parent link="{parent}"/><child link="{child}"/><origin xyz="0 0 0.25"/>'
+    f'<axis xyz="{axis}"/><limit lower="-2" upper="2" velocity="1" effort="1"/></joint>'
+    for parent, child, kind, axis in (
+        ("base", "upper", "revolute", "0 1 0"),
+        ("upper", "lower", "revolute", "0 1 0"),
+        ("lower", "hand", "revolute", "1 0 0"),
+        ("upper", "camera", "fixed", "1 0 0"),
+    )
+)
+
+
+def test_random_reads_a_urdf_as_the_robot_command_does(capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "arm.urdf").write_text(f'<robot name="arm">{ARM}</robot>')
+    words = ["bench", "random", "arm.urdf", "--count", "2", "--repeats", "1", "--states-per-rad", "50", "--json"]
+    assert main([*words, "--tip", "hand", "--budget", "2"]) == 0
+    data = json.loads(capsys.readouterr().out)
+    (line,) = data["sets"]
+    assert data["robots"] == ["arm"] and (line["problems"], line["certified"], line["touching"]) == (2, 2, 0)
+
+
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        (["arm.urdf"], "the tree has 2 ends: hand (3 joints), camera (1 joint)"),
+        (["arm.urdf"], "name one of them (--tip)"),
+        (["arm.urdf", "--tip", "hnad"], "unknown link for the tip 'hnad'"),
+        (["arm.urdf", "--tip", "hand", "--budget", "0"], "--budget: expected a number of bodies >= 1, got 0"),
+        (["arm.urdf", "--tip", "hand", "--srdf", "no.srdf"], "no.srdf"),
+        (["ur5", "--tip", "hand"], "base, tip, locked, srdf and group are for URDF files"),
+    ],
+)
+def test_what_is_wrong_with_a_robot_is_said_as_elsewhere(words, says, capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "arm.urdf").write_text(f'<robot name="arm">{ARM}</robot>')
+    assert main(["bench", "random", *words]) == 2
+    told = capsys.readouterr().err
+    assert main(["robot", *words]) == 2
+    assert says in told and capsys.readouterr().err == told
+
+
+def test_the_options_of_a_robot_file_are_the_same_everywhere(capsys):
+    told = []
+    for words in (["robot"], ["bench", "random"]):
+        assert main([*words, "--help"]) == 0
+        told.append(" ".join(capsys.readouterr().out.split()))
+    for option in ("--base", "--tip", "--capsules", "--link-radius", "--srdf", "--group", "--collision", "--budget"):
+        assert all(option in text for text in told), option
+    assert all("Last link of the chain (URDF)" in text for text in told)

@@ -170,10 +170,10 @@ def test_a_box_is_covered_as_closely_as_a_mesh(tmp_path, shape, size, most):
 def test_the_note_names_the_fattest_body_whatever_it_covers(tmp_path):
     (tmp_path / "r.urdf").write_text(
         '<robot name="r"><link name="a"><collision><geometry><box size="0.1 0.02 0.02"/></geometry></collision></link>'
-        '<link name="b"><collision><geometry><cylinder radius="0.1" length="0.2"/></geometry></collision></link>'
+        '<link name="b"><collision><geometry><cylinder radius="0.03" length="0.3"/></geometry></collision></link>'
         '<joint name="j" type="continuous"><parent link="a"/><child link="b"/></joint></robot>'
     )
     robot = robots.load(tmp_path / "r.urdf")
     said = next(note for note in robot.notes if "stand out" in note)
-    cylinder = _bodies.from_cylinder(0.1, 0.2)[0]
+    cylinder = _bodies.from_cylinder(0.03, 0.3, 0.015)[0]
     assert said.endswith(f"at most {at_most(cylinder.slack, decimals=4)} m (b)")

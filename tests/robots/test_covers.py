@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import trimesh
 from scipy.spatial import cKDTree
+from scipy.spatial.transform import Rotation
 
 from horosphere import robots
 from horosphere.errors import InputError
@@ -169,6 +170,90 @@ def test_primitives_as_triangles():
     assert np.abs(pipe[..., 2]).max() == pytest.approx(0.2) and across.min() > 0.095
     middles = 0.5 * (pipe[:32, 0] + pipe[:32, 1])
     assert np.linalg.norm(middles[:, :2], axis=1) == pytest.approx(np.full(32, 0.1))
+    # none of the cylinder lies outside of it
+    rng = np.random.default_rng(0)
+    angle = rng.uniform(-np.pi, np.pi, 2000)
+    rim = np.stack([0.1 * np.cos(angle), 0.1 * np.sin(angle), rng.choice([-0.2, 0.2], 2000)], axis=1)
+    normal = np.cross(pipe[:, 1] - pipe[:, 0], pipe[:, 2] - pipe[:, 0])
+    normal *= np.sign((normal * pipe[:, 0]).sum(axis=1))[:, None] / np.linalg.norm(normal, axis=1)[:, None]
+    assert (rim @ normal.T - (normal * pipe[:, 0]).sum(axis=1)).max() < 1e-12
+
+
+def cylinder_arm(folder, sizes):
+    """A URDF of cylinders at random places in their links, and where: rotation and translation."""
+    text, places, rng = ['<robot name="r">'], [], np.random.default_rng(7)
+    for k, (radius, length) in enumerate(sizes):
+        xyz, rpy = rng.uniform(-0.3, 0.3, 3), rng.uniform(-3.0, 3.0, 3)
+        places.append((Rotation.from_euler("xyz", rpy).as_matrix(), xyz))
+        origin = f'<origin xyz="{" ".join(map(str, xyz))}" rpy="{" ".join(map(str, rpy))}"/>'
+        shape = f'<geometry><cylinder radius="{radius}" length="{length}"/></geometry>'
+        text.append(f'<link name="l{k}"><collision>{origin}{shape}</collision></link>')
+        if k:
+            ends = f'<parent link="l{k - 1}"/><child link="l{k}"/>'
+            text.append(f'<joint name="j{k}" type="continuous"><origin xyz="0 0 1"/>{ends}</joint>')
+    path = folder / "r.urdf"
+    path.write_text("".join([*text, "</robot>"]))
+    return path, places
+
+
+@pytest.mark.parametrize("kind", ["capsules", "spheres"])
+def test_cylinders_are_covered_as_closely_as_meshes(tmp_path, kind):
+    # wheel, mount, knob, column, hub; and one whose capsule does
+    sizes = [(0.0985, 0.04), (0.025, 0.01), (0.005, 0.005), (0.06, 0.272), (0.0326, 0.051), (0.03, 0.4)]
+    path, places = cylinder_arm(tmp_path, sizes)
+    robot = robots.load(path, collision=kind)
+    caps, rng, worst = robot.capsules, np.random.default_rng(1), 0.0
+    for k, ((radius, length), (rotation, middle)) in enumerate(zip(sizes, places)):
+        own = np.flatnonzero(caps.link == k)
+        bodies = [_bodies.Body(caps.a[i], caps.b[i], caps.radius[i]) for i in own]
+        angle, across = rng.uniform(-np.pi, np.pi, 6000), radius * np.sqrt(rng.uniform(size=6000))
+        across[:3000] = radius
+        z = length * rng.uniform(-0.5, 0.5, 6000)
+        z[1500:4500] = 0.5 * length * np.sign(z[1500:4500])
+        points = np.stack([across * np.cos(angle), across * np.sin(angle), z], axis=1)
+        assert depth_inside(points @ rotation.T + middle, bodies).min() >= -1e-12
+        # the skin against the true cylinder
+        directions = rng.normal(size=(1000, 3))
+        directions /= np.linalg.norm(directions, axis=1)[:, None]
+        skins = [b.a + t * (b.b - b.a) + b.radius * directions for b in bodies for t in np.linspace(0.0, 1.0, 7)]
+        local = (np.concatenate(skins) - middle) @ rotation
+        sides = np.maximum(np.hypot(local[:, 0], local[:, 1]) - radius, 0.0)
+        out = np.hypot(sides, np.maximum(np.abs(local[:, 2]) - 0.5 * length, 0.0)).max()
+        (said,) = {float(re.search(r"slack at most ([0-9.]+) m", caps.note[i]).group(1)) for i in own}
+        # a tenth more: it is the size of the turned cylinder that counts
+        assert 0.5 * said < out <= said <= 1.1 * CoverOptions().tolerance_for(max(2.0 * radius, length)), (k, out, said)
+        assert len(own) <= CoverOptions(kind).most and (len(own) == 1) == (k == 5 and kind == "capsules")
+        worst = max(worst, said)
+    note = next(note for note in robot.notes if "stand out of it" in note)
+    assert f"at most {worst:.4f} m" in note
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_one_capsule_round_a_cylinder_is_as_large_as_it_may_be(seed):
+    rng = np.random.default_rng(seed)
+    radius, length = rng.uniform(0.002, 0.2, 2)
+    least = min(  # by trial, with the axis on that of the cylinder
+        max(r - radius, max(0.5 * length - np.sqrt(r * r - radius**2), 0.0) + r - 0.5 * length)
+        for r in radius * np.linspace(1.0, 3.0, 4001)
+    )
+    one = _bodies.from_cylinder(radius, length, 0.0)[0]
+    assert one.slack == pytest.approx(least, rel=2e-3, abs=1e-8)
+    free, tolerance = _bodies.from_cylinder(radius, length)[0], least + rng.uniform() * radius
+    bounded = _bodies.from_cylinder(radius, length, tolerance)[0]
+
+    def volume(body):
+        return body.radius**2 * (np.linalg.norm(body.b - body.a) + 4.0 / 3.0 * body.radius)
+
+    # volumes come from a scan of radii
+    assert bounded.slack <= tolerance and volume(free) <= 1.02 * volume(bounded) <= 1.04 * volume(one)
+    rim = [[radius, 0.0, 0.5 * length], [0.0, radius, -0.5 * length]]
+    for body in (one, free, bounded):
+        assert depth_inside(np.array(rim), [body]).min() >= 0.0
+
+
+def test_a_budget_of_one_is_one_capsule_a_cylinder(tmp_path):
+    path, _ = cylinder_arm(tmp_path, [(0.1, 0.02), (0.05, 0.3)])
+    assert len(robots.load(path, budget=1).capsules) == 2
 
 
 def test_an_arm_with_mesh_files(tmp_path):
@@ -266,8 +351,6 @@ def test_primitives_are_covered(tmp_path, collision):
         text.append(f'<joint name="{two}" type="continuous"><parent link="{one}"/><child link="{two}"/></joint>')
     (tmp_path / "r.urdf").write_text("".join([*text, "</robot>"]))
     robot = robots.load(tmp_path / "r.urdf", collision=collision)
-    from scipy.spatial.transform import Rotation
-
     turn = Rotation.from_euler("xyz", [0.4, -0.5, 0.6]).as_matrix()
     caps = robot.capsules
     for k, name in enumerate(robot.link_names):

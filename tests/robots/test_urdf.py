@@ -1,6 +1,7 @@
 """URDF files: what is read, and what is refused with the line and the element."""
 
 import pickle
+import re
 
 import numpy as np
 import pytest
@@ -138,15 +139,44 @@ def test_likely_tips_come_first(tmp_path):
     for k, (one, two) in enumerate(zip(names[:7], names[1:7])):
         body += joint(f"j{k}", "revolute", one, two)
     body += joint("f", "revolute", "l_gripper", "l_finger_tip") + joint("g", "revolute", "l_gripper", "hand_camera")
-    with pytest.raises(InputError, match=r"be it: l_gripper \(6 joints\), wrist \(5 joints\), l_finger_tip \(7"):
+    told = r"the tree has 2 ends: l_finger_tip \(7 joints\), hand_camera \(7 joints\); "
+    told += r"likely tools before them: l_gripper \(6 joints\), wrist \(5 joints\) \(name"
+    with pytest.raises(InputError, match=told):
         robots.load(write(tmp_path, body))
+
+
+@pytest.mark.parametrize(("arm", "hands", "fingers"), [(4, 1, 4), (6, 1, 0), (6, 1, 3), (7, 2, 5), (9, 2, 30)])
+def test_the_ends_that_are_told_add_up(tmp_path, arm, hands, fingers):
+    names, body = ["base"], joint("fixed", "fixed", "base", "camera")
+    for hand in "lr"[:hands]:
+        chain = ["base", *(f"{hand}_arm{k}" for k in range(arm - 1)), f"{hand}_wrist"]
+        tips = [f"{hand}_tool", *(f"{hand}_finger{k}" for k in range(fingers))]
+        names += [*chain[1:], *tips]
+        for one, two in zip(chain, chain[1:]):
+            body += joint(f"to_{two}", "revolute", one, two)
+        for k, tip in enumerate(tips):
+            body += joint(f"to_{tip}", "revolute" if k else "fixed", chain[-1], tip)
+    with pytest.raises(InputError) as error:
+        robots.load(write(tmp_path, links(*names, "camera") + body))
+    found = re.search(
+        r"the tree has (\d+) ends: (.*?)(?: and (\d+) more)?(?:; likely tools before them: (.*))?$", error.value.message
+    )
+    number, shown, more, tools = found.groups()
+    count = {link: int(n) for link, n in re.findall(r"(\w+) \((\d+) joints?\)", shown)}
+    ends = {f"{hand}_{tip}" for hand in "lr"[:hands] for tip in ["tool", *(f"finger{k}" for k in range(fingers))]}
+    assert int(number) == len(ends) + 1 == len(count) + int(more or 0) and len(count) == min(8, len(ends) + 1)
+    assert set(count) <= {*ends, "camera"}
+    assert all(n == arm * (link != "camera") + ("finger" in link) for link, n in count.items())
+    if arm >= 5:  # else no arm
+        assert list(count)[:hands] == [f"{hand}_tool" for hand in "lr"[:hands]]
+        assert tools == ", ".join(f"{hand}_wrist ({arm} joints)" for hand in "lr"[:hands])
 
 
 def test_base_and_tip_must_make_a_chain(tmp_path):
     body = links("a", "b", "c", "d") + joint("j", "revolute", "a", "b") + joint("k", "revolute", "b", "c")
     body += joint("l", "revolute", "b", "d")
     path = write(tmp_path, body)
-    with pytest.raises(InputError, match=r"2 links could be it: c \(2 joints\), d \(2 joints\)"):
+    with pytest.raises(InputError, match=r"the tree has 2 ends: c \(2 joints\), d \(2 joints\) \(name"):
         robots.load(path)
     with pytest.raises(InputError, match=r"unknown link for the tip 'e'.*valid: a, b, c, d"):
         robots.load(path, tip="e")

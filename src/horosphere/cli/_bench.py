@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from cyclopts import App, Parameter
 
 from . import _output as out
+from ._source import USUAL as USUAL_LOADING
+from ._source import Loading
 
 if TYPE_CHECKING:
     from ..planning._bench_table import BenchTable
@@ -85,7 +87,7 @@ def mbm(
     """
     from ..planning import bench_mbm
 
-    def run(progress: Any) -> BenchTable:
+    def run(progress: Any, _: Any) -> BenchTable:
         return bench_mbm(path, robot, tip=tip, only=only, clearance=clearance, progress=progress, **runs.options)
 
     return _report("reading the problems", run, runs)
@@ -97,11 +99,12 @@ def random(
     count: int = 50,
     seed: int = 0,
     clearance: float = 0.01,
+    loading: Loading = USUAL_LOADING,
     runs: Runs = USUAL,
 ) -> int:
     """Random problems with a known solution: for each robot `count` scenes of balls, boxes, cylinders and capsules in its way.
 
-    Example: `horosphere bench random ur5 iiwa14 --count 20`
+    Examples: `horosphere bench random ur5 iiwa14 --count 20`, `horosphere bench random my_robot.urdf --tip tool0`
 
     Parameters
     ----------
@@ -116,8 +119,9 @@ def random(
     """
     from ..planning import bench_random
 
-    def run(progress: Any) -> BenchTable:
-        return bench_random(robots, count=count, seed=seed, clearance=clearance, progress=progress, **runs.options)
+    def run(progress: Any, tell: Any) -> BenchTable:
+        options = {"progress": progress, "loading": {**loading.given, "progress": tell}, **runs.options}
+        return bench_random(robots, count=count, seed=seed, clearance=clearance, **options)
 
     return _report("making the problems", run, runs)
 
@@ -138,7 +142,7 @@ def _report(what: str, run: Any, runs: Runs) -> int:
                 said = name
                 progress.update(f"planning {name}: {number} of {of}")
 
-        table = run(planning)
+        table = run(planning, progress.update)
     if runs.out_file is not None:
         table.save(runs.out_file)
     lines = table.summary()

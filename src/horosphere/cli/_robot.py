@@ -4,27 +4,19 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
 from cyclopts import Parameter
 
 from . import _output as out
+from ._source import USUAL, Loading
 
 
 def robot(
     file: str,
     /,
     *,
-    base: str | None = None,
-    tip: str | None = None,
-    capsules: Path | None = None,
-    link_radius: float | None = None,
-    srdf: Path | None = None,
-    group: str | None = None,
-    collision: Literal["capsules", "spheres"] = "capsules",
-    budget: int | None = None,
-    tolerance: float | None = None,
-    geometry: Literal["auto", "collision", "visual"] = "auto",
+    loading: Loading = USUAL,
     pairs: bool = False,
     out_file: Annotated[Path | None, Parameter(name="--out")] = None,
     view: Path | None = None,
@@ -39,26 +31,6 @@ def robot(
     ----------
     file
         A URDF, a robot file (YAML), or the name of a built-in robot.
-    base
-        First link of the chain (URDF), the root by default.
-    tip
-        Last link of the chain (URDF); needed if the tree has several leaves.
-    capsules
-        A capsule file with the collision bodies, for a robot whose meshes are missing.
-    link_radius
-        Metres; capsules of this radius along the links that have no collision body.
-    srdf
-        A MoveIt SRDF: pairs of links that it disables are not checked against each other.
-    group
-        The group of the SRDF whose chain is taken.
-    collision
-        What meshes are covered by.
-    budget
-        At most so many bodies round the meshes of a link: 40 capsules or 48 spheres by default.
-    tolerance
-        Metres; no more bodies than keep them from standing out of the meshes further than this: 0.015, or a fifth of a small link.
-    geometry
-        What is covered: `auto` is the collision geometry, and the visual one where that is missing.
     pairs
         List all pairs of links: checked against each other or not, and why.
     out_file
@@ -74,9 +46,7 @@ def robot(
     from ..kinematics import classify
 
     with out.working("reading the robot") as working:
-        options: dict[str, Any] = {"base": base, "tip": tip, "link_radius": link_radius, "srdf": srdf, "group": group}
-        options |= {"collision": collision, "budget": budget, "tolerance": tolerance, "geometry": geometry}
-        loaded = robots.load(file, capsules=capsules, progress=working.update, **options)
+        loaded = robots.load(file, progress=working.update, **loading.given)
         data = robots.describe(loaded)
         if out_file is not None:
             from ..io import output_folder
@@ -89,7 +59,7 @@ def robot(
             from ..planning import starter_scene
 
             working.update("looking for a first scene")
-            first = starter_scene(loaded, _as_written(file, {**options, "capsules": capsules}), name=scene.stem)
+            first = starter_scene(loaded, _as_written(file, loading), name=scene.stem)
             output_folder(scene.parent)
             first.save(scene)
             data["scene"] = str(scene)
@@ -139,15 +109,10 @@ def robot(
     return out.DONE
 
 
-def _as_written(file: str, options: dict[str, Any]) -> Any:
+def _as_written(file: str, loading: Loading) -> Any:
     """The robot as a scene file has it: a name, or a file with the options that are not the usual ones."""
     path = Path(file)
-    usual = {"collision": "capsules", "geometry": "auto"}
-    given = {
-        name: str(value.resolve()) if isinstance(value, Path) else value
-        for name, value in options.items()
-        if value is not None and value != usual.get(name)
-    }
+    given = {name: str(v.resolve()) if isinstance(v, Path) else v for name, v in loading.given.items()}
     if not path.is_file():
         return {"name": file, **given} if given else file
     kind = "file" if path.suffix.lower() in (".yaml", ".yml") else "urdf"

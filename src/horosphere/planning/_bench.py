@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from time import perf_counter
 from typing import Any
@@ -86,18 +86,20 @@ def bench_random(
     repeats: int = 3,
     states_per_rad: float = 0.0,
     time_limit: float = 10.0,
+    loading: Mapping[str, Any] | None = None,
     progress: Progress | None = None,
 ) -> BenchTable:
     """Plan `count` random solvable problems (see `random_problem`) for each robot, all different for another `seed`.
 
-    `robots`: names, URDF files or Robots; by default one of every kind in the catalogue. The rest as in `bench_mbm`.
+    `robots`: names, URDF files or Robots; by default one of every kind in the catalogue. `loading`: how names and files are
+    read, as `robots.load` takes it (tip, srdf, budget, ...). The rest as in `bench_mbm`.
     """
     from ._bench_random import ROBOTS, random_problem, with_bodies
 
     how = _checked(mode, clearance, repeats, states_per_rad, time_limit)
     rows: list[BenchRow] = []
     for given in robots or ROBOTS:
-        arm = with_bodies(given)
+        arm = with_bodies(given, **(loading or {}))
         for k in range(count):
             if progress:
                 progress(arm.name, k + 1, count)

@@ -25,16 +25,16 @@ ROOM = 1 / 50
 PER_RADIAN = 8.0
 
 
-def with_bodies(robot: Robot | str | Path) -> Robot:
-    """A robot by name or file; links without bodies become capsules."""
-    arm = robot if isinstance(robot, Robot) else load(robot)
+def with_bodies(robot: Robot | str | Path, **loading: Any) -> Robot:
+    """A robot by name or file, read as `load` is told; links without bodies become capsules."""
+    arm = robot if isinstance(robot, Robot) else load(robot, **loading)
     if len(arm.capsules):
         return arm
     if isinstance(robot, Robot):
         raise InputError(
             "the robot has no bodies, so nothing can touch it", place=robot.name, remedy="give it capsules"
         )
-    return load(robot, link_radius=float(round(LINK_RADIUS * size(arm), 3)))
+    return load(robot, **{**loading, "link_radius": float(round(LINK_RADIUS * size(arm), 3))})
 
 
 def size(robot: Robot) -> float:

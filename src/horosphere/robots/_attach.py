@@ -13,7 +13,7 @@ from ..numeric import at_most, float_array
 from ..shapes import Ball, Box, Capsule, Cylinder, Ellipsoid, HalfSpace, Mesh, PointCloud, Shape, as_shapes
 from . import _bodies, _pairs, _placement
 from ._bodies import Body, Floats
-from ._cover import CoverOptions, cover_box, cover_triangles
+from ._cover import ROUNDING, CoverOptions, cover_box, cover_cylinder, cover_triangles
 from ._robot import Capsules, Link, LinkPair, Robot
 
 
@@ -165,11 +165,10 @@ def _bodies_of(shape: Shape, options: CoverOptions) -> list[Body]:
             else _bodies.as_balls(body, options.most, options.tolerance_for(2.0 * shape.radius))
         )
     if isinstance(shape, Cylinder) and options.kind == "capsules":
-        u = shape.b - shape.a
-        body = _bodies.from_cylinder(shape.radius, float(np.linalg.norm(u)))[0]
-        u = u / np.linalg.norm(u)
-        middle = 0.5 * (shape.a + shape.b)
-        return [Body(middle + body.a[2] * u, middle + body.b[2] * u, body.radius, body.note, body.slack)]
+        frame, length = _frame_along(shape)
+        single = cover_cylinder(shape.radius, length, options)
+        if single is not None:
+            return [body.moved(frame.T, 0.5 * (shape.a + shape.b)) for body in single]
     if isinstance(shape, Box) and options.kind == "capsules":
         parallel = cover_box(2.0 * shape.half_sizes, options)
         if parallel is not None:
@@ -179,7 +178,12 @@ def _bodies_of(shape: Shape, options: CoverOptions) -> list[Body]:
         return [Body(p, p, float(r), "point, exact") for p, r in zip(shape.points, radii)]
     if isinstance(shape, HalfSpace) or shape.dimension != 3:
         raise InputError(f"a {type(shape).__name__} cannot be held", place="attach")
-    found, slack = cover_triangles(triangles_of(shape), options)
+    turn = shape.rotation if isinstance(shape, Box | Ellipsoid) else None
+    if isinstance(shape, Cylinder):
+        turn = _frame_along(shape)[0].T
+    found, slack = cover_triangles(triangles_of(shape), options, turn)
+    if isinstance(shape, Cylinder):
+        slack += ROUNDING * shape.radius
     note = f"{type(shape).__name__.lower()}, slack at most {at_most(slack, decimals=4)} m"
     return [Body(b.a, b.b, b.radius, note, slack) for b in found]
 
@@ -193,11 +197,7 @@ def triangles_of(shape: Shape) -> Floats:
     if isinstance(shape, Box):
         return box_triangles(2.0 * shape.half_sizes) @ shape.rotation.T + shape.center
     if isinstance(shape, Cylinder):
-        u = shape.b - shape.a
-        length = float(np.linalg.norm(u))
-        side = np.cross(u, np.eye(3)[int(np.argmin(np.abs(u)))])
-        side /= np.linalg.norm(side)
-        frame = np.array([side, np.cross(u / length, side), u / length], dtype=np.float64)
+        frame, length = _frame_along(shape)
         return cylinder_triangles(shape.radius, length) @ frame + 0.5 * (shape.a + shape.b)
     if isinstance(shape, Ellipsoid):
         z = np.linspace(0.0, np.pi, 17)
@@ -216,6 +216,15 @@ def triangles_of(shape: Shape) -> Floats:
         near = np.abs((normal * ball[:, 0]).sum(axis=1))[size > 1e-12] / size[size > 1e-12]
         return ball / near.min() * shape.semi_axes @ shape.rotation.T + shape.center
     raise InputError(f"no surface of a {type(shape).__name__}", place="attach")
+
+
+def _frame_along(shape: Cylinder) -> tuple[Floats, float]:
+    """Rows (3, 3) of a frame with its z along a cylinder, and its length (m)."""
+    u = shape.b - shape.a
+    length = float(np.linalg.norm(u))
+    side = np.cross(u, np.eye(3)[int(np.argmin(np.abs(u)))])
+    side /= np.linalg.norm(side)
+    return np.array([side, np.cross(u / length, side), u / length], dtype=np.float64), length
 
 
 def _joined(first: Capsules, bodies: list[Body], link: int) -> Capsules:

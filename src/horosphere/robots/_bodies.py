@@ -133,12 +133,24 @@ def as_balls(body: Body, most: int, tolerance: float = 0.005) -> list[Body]:
     return [Body(p, p, radius + GRAIN, note, body.slack + larger) for p in places]
 
 
-def from_cylinder(radius: float, length: float) -> list[Body]:
-    """A capsule round a cylinder along z."""
-    low, high, r = fit_segment(np.array([-0.5, 0.5]) * length, np.array([radius, radius]))
+def from_cylinder(radius: float, length: float, tolerance: float = np.inf) -> list[Body]:
+    """A capsule round a cylinder along z: of least volume of those with a slack of at most `tolerance` (m), or else the one with
+    the least.
+
+    About an axis inside, a capsule of radius R stands out of the sides by R - radius, and of the flat ends, whose rims it holds, by
+    R - sqrt(R^2 - radius^2): the wider, the less. It is a ball where its ends meet. Our derivation.
+    """
+    half = 0.5 * length
+    _, end, r = fit_segment(np.array([-half, half]), np.array([radius, radius]))
+    if r - min(radius, half - end) > tolerance:
+        most = tolerance - 2.0 * GRAIN
+        wide = (radius**2 + most**2) / (2.0 * most) if most > 0.0 else np.inf
+        r = min(wide, 2.0**0.5 * radius, float(np.hypot(radius, half)))
+        end = max(half - float(np.sqrt(max(r**2 - radius**2, 0.0))), 0.0)
+        r += GRAIN
     z = np.array([0.0, 0.0, 1.0])
-    slack = r - min(radius, 0.5 * length - max(abs(low), abs(high)))  # as for a box
-    return [Body(low * z, high * z, r, f"cylinder, slack at most {at_most(slack, decimals=4)} m", slack)]
+    slack = r - min(radius, half - end)  # as for a box
+    return [Body(-end * z, end * z, r, f"cylinder, slack at most {at_most(slack, decimals=4)} m", slack)]
 
 
 def from_box(size: Floats, most: int = 8) -> list[Body]:

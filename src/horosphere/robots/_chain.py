@@ -136,7 +136,7 @@ def choose_ends(urdf: Urdf, base: str | None, tip: str | None) -> tuple[str, str
         leaves = [link for link in _below(urdf, base) if not children[link]]
         if len(leaves) > 1:
             raise InputError(
-                f"the tip is not given, and {len(leaves)} links could be it: {_leaves(urdf, base, leaves)}",
+                f"the tip is not given, and the tree has {len(leaves)} ends: {_ends(urdf, base, leaves)}",
                 place=str(urdf.path),
                 remedy="name one of them (`tip`); any other link will do too",
             )
@@ -144,16 +144,20 @@ def choose_ends(urdf: Urdf, base: str | None, tip: str | None) -> tuple[str, str
     return base, tip
 
 
-def _leaves(urdf: Urdf, base: str, leaves: list[str], most: int = 12) -> str:
-    """Links with the number of joints that move them: first likely tools, leaves or not, then the most mobile leaves."""
+def _ends(urdf: Urdf, base: str, leaves: list[str]) -> str:
+    """The leaves with the number of joints that move them: first likely tools, moved by about as many joints as an arm has, then the
+    most mobile; and links before them that are likely tools."""
     below = _below(urdf, base)
     moved = {link: sum(urdf.joints[k].type in MOVABLE for k in path_links(urdf, base, link)[1:]) for link in below}
-    likely = [link for link in below if moved[link] >= 5 and _is_tool(link)]
-    likely = sorted(likely, key=lambda link: (moved[link] > 7, -moved[link]))[: most // 2]
-    others = sorted((link for link in leaves if link not in likely), key=lambda link: -moved[link])
-    some, rest = [*likely, *others[: most - len(likely)]], len(others[most - len(likely) :])
-    more = f" and {rest} more" if rest else ""
-    return ", ".join(f"{link} ({moved[link]} joint{'s' * (moved[link] != 1)})" for link in some) + more
+    likely = {link for link in below if moved[link] >= 5 and _is_tool(link)}
+
+    def listed(links: list[str], most: int) -> str:
+        links = sorted(links, key=lambda link: (0, abs(moved[link] - 7)) if link in likely else (1, -moved[link]))
+        rest = f" and {len(links) - most} more" if len(links) > most else ""
+        return ", ".join(f"{x} ({moved[x]} joint{'s' * (moved[x] != 1)})" for x in links[:most]) + rest
+
+    before = [link for link in below if link in likely and link not in leaves]
+    return listed(leaves, 8) + (f"; likely tools before them: {listed(before, 6)}" if before else "")
 
 
 def _is_tool(link: str) -> bool:

@@ -23,6 +23,8 @@ BUDGETS = {"capsules": 40, "spheres": 48}
 TOLERANCE = 0.015
 """Metres; the default for geometry of five times that size and more, a fifth of the size for smaller one."""
 SIDES = 32
+ROUNDING = 1.0 / np.cos(np.pi / SIDES) - 1.0
+"""A prism of so many sides round a cylinder stands out of it by this share of its radius."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,11 +104,21 @@ def _cover(
     path: Path, shapes: list[Shape], options: CoverOptions, files: dict[str, Floats | str], visual: bool = False
 ) -> LinkCover:
     result = LinkCover(visual=visual and bool(shapes))
-    parts = [shape for shape in join_capsules(shapes) if shape.kind in ("mesh", "box", "cylinder")]
-    soup = [shape for shape in parts if _is_fitted(shape, options)]
+    whole = join_capsules(shapes)
+    parts = [shape for shape in whole if shape.kind in ("mesh", "box", "cylinder")]
+    soup: list[Shape] = []
+    for shape in whole:
+        found = _closed_form(shape, options)
+        if found is None:
+            soup.append(shape)
+        else:
+            rotation, translation = _placement.rotation_translation(shape.origin)
+            result.bodies += [body.moved(rotation, translation) for body in found]
     keys = [_key(path, shape) for shape in soup]
     key = None if None in keys else digest(options, keys)
     rows = None if key is None or not soup else find("covers", key)
+    straight = bool(soup) and all(shape.kind != "mesh" for shape in soup)
+    turn = _placement.rotation_translation(soup[0].origin)[0] if straight else np.eye(3)
     if rows is None:
         sound = [
             (shape, key) for shape, key in zip(soup, keys, strict=True) if not _problem(path, shape, files, result)
@@ -114,18 +126,15 @@ def _cover(
         if sound:
             triangles = np.concatenate([_triangles(path, shape, files) for shape, _ in sound])
             known = [digest(triangles) if key is None else key for _, key in sound]
-            rows = kept("covers", digest(options, known), lambda: _rows(triangles, options))
-    for shape in join_capsules(shapes):
-        if shape.kind != "mesh" and shape not in soup:
-            rotation, translation = _placement.rotation_translation(shape.origin)
-            result.bodies += [body.moved(rotation, translation) for body in _primitive(shape, options)]
-    if parts and not result.problems and len(parts) == len(join_capsules(shapes)):
+            rows = kept("covers", digest(options, known), lambda: _rows(triangles, options, turn))
+    if parts and not result.problems and len(parts) == len(whole):
         result.surface = Surface(
             digest([_key(path, shape) or _triangles(path, shape, files) for shape in parts]),
             lambda: np.concatenate([_triangles(path, shape, files) for shape in parts]),
         )
     if rows is not None:
-        slack, result.triangles = float(rows[0, 0]), int(rows[0, 1])
+        round_ = max((ROUNDING * shape.sizes[0] for shape in soup if shape.kind == "cylinder"), default=0.0)
+        slack, result.triangles = float(rows[0, 0]) + round_, int(rows[0, 1])
         meshes = any(shape.kind == "mesh" for shape in soup)
         what = f"mesh of {result.triangles} triangles" if meshes else "primitives"
         note = f"{'visual ' if visual else ''}{what}, slack at most {at_most(slack, decimals=4)} m"
@@ -133,17 +142,20 @@ def _cover(
     return result
 
 
-def _is_fitted(shape: Shape, options: CoverOptions) -> bool:
-    """Whether bodies are fitted to the triangles of a mesh, box or cylinder."""
-    if shape.kind != "box" or options.kind == "spheres":
-        return shape.kind == "mesh" or options.kind == "spheres"
-    return cover_box(np.array(shape.sizes), options) is None
-
-
 def cover_box(size: Floats, options: CoverOptions) -> list[Body] | None:
     """Parallel capsules in a box about the origin, None if they stand out of it too far: it is covered like a mesh then."""
-    found = _bodies.from_box(size, min(8, options.most))
-    return found if options.most == 1 or found[0].slack <= options.tolerance_for(float(max(size))) else None
+    return _near(_bodies.from_box(size, min(8, options.most)), options, float(max(size)))
+
+
+def cover_cylinder(radius: float, length: float, options: CoverOptions) -> list[Body] | None:
+    """A capsule round a cylinder along z, None if it stands out of it too far: it is covered like a mesh then."""
+    size = max(2.0 * radius, length)
+    return _near(_bodies.from_cylinder(radius, length, options.tolerance_for(size)), options, size)
+
+
+def _near(bodies: list[Body], options: CoverOptions, size: float) -> list[Body] | None:
+    """The bodies, if they stand out no further than geometry of this size (m) may, or the budget leaves no choice."""
+    return bodies if options.most == 1 or bodies[0].slack <= options.tolerance_for(size) else None
 
 
 def _key(path: Path, shape: Shape) -> str | None:
@@ -170,20 +182,26 @@ def _triangles(path: Path, shape: Shape, files: dict[str, Floats | str]) -> Floa
     return found @ rotation.T + translation
 
 
-def _rows(triangles: Floats, options: CoverOptions) -> Floats:
+def _rows(triangles: Floats, options: CoverOptions, turn: Floats) -> Floats:
     """A cover as an array: slack and number of triangles, then a row for each body."""
-    bodies, slack = cover_triangles(triangles, options)
+    bodies, slack = cover_triangles(triangles, options, turn)
     return np.array([[slack, len(triangles), *np.zeros(5)], *([*body.a, *body.b, body.radius] for body in bodies)])
 
 
-def cover_triangles(triangles: Floats, options: CoverOptions) -> tuple[list[Body], float]:
-    """Bodies that hold triangles (t, 3, 3) and what they enclose, and how far they stand out at most (m)."""
+def cover_triangles(triangles: Floats, options: CoverOptions, turn: Floats | None = None) -> tuple[list[Body], float]:
+    """Bodies that hold triangles (t, 3, 3) and what they enclose, and how far they stand out at most (m).
+
+    turn: the axes (3, 3), as columns, of a frame along which flat faces lie: the grid and the boxes of the search fit those best.
+    """
     from ._fit import cover_solid
     from ._solid import make_solid
 
+    turn = np.eye(3) if turn is None else turn
+    triangles = triangles @ turn
     tolerance = max(options.tolerance_for(float(np.ptp(triangles.reshape(-1, 3), axis=0).max())), 1e-6)
     solid = make_solid(triangles, tolerance)
-    return cover_solid(solid, options.most, tolerance, capsules=options.kind == "capsules", seed=options.seed)
+    bodies, slack = cover_solid(solid, options.most, tolerance, capsules=options.kind == "capsules", seed=options.seed)
+    return [body.moved(turn, np.zeros(3)) for body in bodies], slack
 
 
 def _read(path: Path, shape: Shape, files: dict[str, Floats | str]) -> Floats | str:
@@ -196,9 +214,10 @@ def _read(path: Path, shape: Shape, files: dict[str, Floats | str]) -> Floats | 
     return files[key]
 
 
-def _primitive(shape: Shape, options: CoverOptions) -> list[Body]:
+def _closed_form(shape: Shape, options: CoverOptions) -> list[Body] | None:
+    """Bodies of a shape in its own frame, None if bodies have to be fitted to its triangles."""
     if shape.kind == "sphere":
-        return _bodies.from_sphere(*shape.sizes)
+        return _bodies.from_sphere(shape.sizes[0])
     if shape.kind == "capsule":
         radius, length = shape.sizes
         end = np.array([0.0, 0.0, 0.5 * length])
@@ -208,9 +227,12 @@ def _primitive(shape: Shape, options: CoverOptions) -> list[Body]:
             if options.kind == "capsules"
             else _bodies.as_balls(body, options.most, options.tolerance_for(2.0 * radius))
         )
+    if shape.kind == "mesh" or options.kind == "spheres":
+        return None
     if shape.kind == "cylinder":
-        return _bodies.from_cylinder(*shape.sizes)
-    return cover_box(np.array(shape.sizes), options) or []
+        radius, length = shape.sizes
+        return cover_cylinder(radius, length, options)
+    return cover_box(np.array(shape.sizes), options)
 
 
 def join_capsules(shapes: list[Shape]) -> list[Shape]:
@@ -247,7 +269,7 @@ def box_triangles(size: Floats) -> Floats:
 def cylinder_triangles(radius: float, length: float) -> Floats:
     """A prism about the cylinder along z: its faces touch the cylinder from outside."""
     angle = np.arange(SIDES + 1) * (2.0 * np.pi / SIDES)
-    rim = radius / np.cos(np.pi / SIDES) * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    rim = (1.0 + ROUNDING) * radius * np.stack([np.cos(angle), np.sin(angle)], axis=1)
     low, high = (np.insert(rim, 2, z, axis=1) for z in (-0.5 * length, 0.5 * length))
     middle = [np.broadcast_to([0.0, 0.0, z], low[1:].shape) for z in (-0.5 * length, 0.5 * length)]
     parts = [
