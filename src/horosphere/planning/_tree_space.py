@@ -163,7 +163,7 @@ class Space:
         margin = max(search.clearance, 0.0) + RUNGS[0] * model.reach + 1e-3
         room.settings[:] = search.clearance, search.self_clearance, margin, region.slack, region.size, self.slack
         room.rungs[: len(rungs)] = rungs
-        until = NEVER if deadline == math.inf else int(deadline)
+        until = int(min(deadline, NEVER))
         room.progress[:] = solids, ends, len(rungs), 0, points, shorten, first, 0, 0, until, 0, 0, 0, 0
         outcome = plan(self.packet, stage)
         while outcome == PAUSED:
