@@ -168,7 +168,7 @@ def wrist_and_tip(arm: Floats, q: Floats) -> tuple[Floats, Floats]:
 
 def _of_pose(robot: Any, arm: Floats, rotation: Floats, origin: Floats, seed: Floats) -> IkSolutions:
     """A whole pose of the tip: the hinge of the wrist is known, so of each flip pair one row can be valid."""
-    batch = np.broadcast_shapes(origin.shape[:-1], seed.shape[:-1])
+    batch = batch_shape(origin, seed)
     pt, gripper, hinge, kept = broadcast_rows(batch, origin, rotation[..., :, 1], rotation[..., :, 2], seed)
     p2 = pt - arm[4] * gripper
     result = _Branches(branches(arm, p2, pt, kept, hinge), batch)
