@@ -17,10 +17,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..kernels import jit
+from ..kernels import inner, jit
 
-inner = partial(jit, _nrt=False, part=True)
-"""For what is called from compiled code alone, by its name."""
 called = partial(jit, _nrt=False, no_cpython_wrapper=True)
 """For what is called through its address in a packet."""
 

@@ -13,9 +13,9 @@ Of the packet, beside what `_edge_kernels` and `_tree_kernels` tell:
 
 import numpy as np
 
-from ..kernels import call_compiled, jit
+from ..kernels import call_compiled, inner, jit
 from ._edge_kernels import CERTIFIED
-from ._packet_kernels import CERTIFY, GROW_TREES, PACK_SCENE, SIMPLIFY, called, inner, now, opened, opened_task
+from ._packet_kernels import CERTIFY, GROW_TREES, PACK_SCENE, SIMPLIFY, called, now, opened, opened_task
 from ._tree_kernels import TREES_FULL
 from ._world_kernels import sort_solids
 

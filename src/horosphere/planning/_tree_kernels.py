@@ -16,9 +16,9 @@ import math
 
 import numpy as np
 
-from ..kernels import lane_min, lane_where_lt, load_lanes, min_lane, spread
+from ..kernels import inner, lane_min, lane_where_lt, load_lanes, min_lane, spread
 from ._edge_kernels import CERTIFIED, LANES, SAMPLED, WIDTH
-from ._packet_kernels import called, check_edge, inner, opened, opened_task
+from ._packet_kernels import called, check_edge, opened, opened_task
 
 FREE = np.float32(1e30)  # the radius of a node whose extensions have all succeeded
 FAR = np.float32(1e9)
