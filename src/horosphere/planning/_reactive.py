@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..robots import Robot
 from ..shapes import as_shapes
+from ._packet_kernels import FINISH
 from ._tree import Search, TreeResult, checked_seconds
 from ._tree_room import halton
 from ._tree_space import COVER, RUNGS, Space
@@ -140,8 +141,6 @@ class _Law:
 
     def _finish(self, count: int, goal: int, shorten: bool, rung: float) -> TreeResult | None:
         """The path of `count` points, shortened and certified."""
-        from ._plan_kernels import FINISH
-
         rungs = np.array([[rung, rung, 0, 0]])
         count = self.space.run(FINISH, rungs, points=count, shorten=shorten)
         self.search.count(self.space)

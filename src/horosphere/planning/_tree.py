@@ -14,12 +14,11 @@ from ..errors import InputError
 from ..numeric import float_array
 from ..robots import Robot
 from ..shapes import Shape, as_shapes
-from ._tree_space import COVER, PACK, Space
+from ._packet_kernels import CHUNK, GOALS_BLOCKED, NOT_CERTIFIED, PACK, START_BLOCKED, TIME_OVER
+from ._tree_space import COVER, Space
 from ._world import nearest_contact, solid_rows
 
 Floats = NDArray[np.float64]
-CHUNK = 2000
-"""Iterations of the trees, of which a rung has two."""
 LIMIT_SLACK = 1e-6
 """How far beyond its limits a joint may be (rad, m) at the start and at a goal."""
 FINE = np.array([[0.0, 0.0, 2 * CHUNK, 0], [0.0, 0.0, math.inf, 1]])
@@ -107,8 +106,6 @@ class Search:
 
     def run(self, simplify: bool, begin: int, time_limit: float) -> TreeResult:
         """Down the ladder of margins until a path is certified; what is beyond the coarse cover of the robot, in a second call."""
-        from ._plan_kernels import TIME_OVER
-
         inside = self.inside()
         if isinstance(inside, str):
             return self.failed(inside)
@@ -170,9 +167,6 @@ class Search:
 
     def reason(self, outcome: int, inside: list[int], space: Space) -> str:
         """In words, what `plan` says."""
-        from ._plan_kernels import NOT_CERTIFIED, TIME_OVER
-        from ._tree_kernels import GOALS_BLOCKED, START_BLOCKED
-
         if outcome == NOT_CERTIFIED:
             return "a path was found, but contact between its points could not be excluded"
         if outcome in (START_BLOCKED, GOALS_BLOCKED):
