@@ -19,7 +19,7 @@ def writing(path: str | Path, mode: str = "w") -> Iterator[IO[Any]]:
     An interruption leaves the file that was there before, or none. Raises InputError if the folder cannot be written.
     """
     path = Path(path)
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
+    temporary = path.with_name(_hidden(path.name))
     try:
         with open(
             temporary, mode, encoding=None if "b" in mode else "utf-8", newline=None if "b" in mode else ""
@@ -42,7 +42,7 @@ def writing_set(folder: str | Path, names: Sequence[str]) -> Iterator[Path]:
     An interruption or a full disk leaves the earlier set as it was. Raises InputError if the folder cannot be written.
     """
     folder = Path(folder)
-    stage = folder / f".horosphere.{os.getpid()}.tmp"
+    stage = folder / _hidden("horosphere")
     earlier = stage / "earlier"
     try:
         stage.mkdir()
@@ -54,6 +54,7 @@ def writing_set(folder: str | Path, names: Sequence[str]) -> Iterator[Path]:
             place = str(folder / Path(error.place).name)
             raise InputError(error.message, place=place, remedy=error.remedy, choices=error.choices) from None
         earlier.mkdir()
+        new = [name for name in names if (stage / name).exists()]
         try:
             for name in names:
                 if (folder / name).is_file():
@@ -64,6 +65,8 @@ def writing_set(folder: str | Path, names: Sequence[str]) -> Iterator[Path]:
             for name in names:
                 if (earlier / name).exists():
                     os.replace(earlier / name, folder / name)
+                elif name in new and not (stage / name).exists():
+                    (folder / name).unlink(missing_ok=True)
             raise
     except OSError as error:
         raise InputError(f"cannot be written: {error.strerror or error}", place=str(folder)) from None
@@ -81,10 +84,15 @@ def output_folder(path: str | Path) -> Path:
         raise InputError("is a file, not a folder", place=str(folder), remedy=remedy) from None
     except OSError as error:
         raise InputError(f"cannot be made: {error.strerror}", place=str(folder), remedy=remedy) from None
-    probe = folder / f".horosphere.{os.getpid()}.tmp"
+    probe = folder / _hidden("horosphere")
     try:
         probe.touch()
         probe.unlink()
     except OSError as error:
         raise InputError(f"cannot be written: {error.strerror}", place=str(folder), remedy=remedy) from None
     return folder
+
+
+def _hidden(name: str) -> str:
+    """A name beside `name` that no other thread or process takes, nor one that was killed left behind."""
+    return f".{name}.{os.urandom(4).hex()}.tmp"

@@ -64,6 +64,7 @@ def test_what_is_missing_is_named_as_it_is_typed(run, files, tmp_path):
         (("plan", folder / "scene0003.yaml"), "give the model (--robot): a URDF"),
         (("plan", folder / "request0003.yaml", "--robot", robot), "this one is its --request"),
         (("plan", "humanoid-reach", "--robot", robot, "--tip", "x"), "--robot, --tip: for MoveIt scenes"),
+        (("scenes", "humanoid-reach", "--srdf", robot), "--srdf: for MoveIt scenes"),
         (("plan", archive, "--robot", robot), "there are 700 problems; valid: bookshelf_small_panda"),
         (("plan", f"{archive}:cge/1", "--robot", robot), "did you mean 'cage_panda'?"),
         (("plan", folder / "scene0003.yaml", "--robot", "ur5"), "no value for 'shoulder_pan_joint'"),

@@ -256,6 +256,31 @@ def test_an_index_of_many_balls_is_small():
     assert index.bytes < 1300 * len(centers) and index.mean_candidates < 40
 
 
+@pytest.mark.parametrize(
+    "flat", [(True, False, False), (True, True, False), (False, True, True), (False, False, False)]
+)
+def test_an_index_of_flat_worlds_is_small(flat):
+    """Tiny zones on a plane, or along a line: the box round them is next to nothing in other directions."""
+    rng = np.random.default_rng(5)
+    centers = np.where(flat, 0.0, rng.uniform(1, 2, (50, 3)))
+    field = HarmonicField(np.full(3, -1.0), (centers, np.full(50, 1e-6)), boundary=0.1)
+    fast = field.indexed()
+    assert fast.world.index.grid[2].prod() < 8 * 4096
+    x = rng.uniform(-0.5, 2.5, (300, 3))
+    np.testing.assert_array_equal(fast(x), field(x))
+
+
+def test_odd_indices():
+    one, none = HarmonicField([0, 0, 0], ([[1, 0, 0]], [0.2])), HarmonicField([0.0, 0, 0])
+    x = np.random.default_rng(0).uniform(-2, 2, (100, 3))
+    for cells in (None, 1, 2.5):
+        np.testing.assert_array_equal(one.indexed(cells)(x), one(x))
+    np.testing.assert_array_equal(none.indexed()(x), none(x))
+    for cells in (0, -5, np.nan):
+        with pytest.raises(InputError, match="cells: expected at least one"):
+            one.indexed(cells)
+
+
 @pytest.mark.parametrize("n", [2, 3])
 def test_the_index_changes_nothing(n):
     """Inside and outside the grid, for every compiled blend, among balls of very different sizes."""

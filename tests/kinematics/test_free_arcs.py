@@ -131,48 +131,93 @@ def test_arms_that_miss_their_structure_are_proved_on_their_true_axes(arm):
     assert false == 0 and found > 0.99 * free > 500
 
 
-@pytest.mark.parametrize("name", ["panda", "humanoid"])
-def test_a_tube_knows_the_derivatives_of_its_task(name):
-    """Against differences, in plain matrices; and third and fourth ones are not larger than the bound."""
-    from horosphere.distance import pack_robot
-    from horosphere.kernels import jit
-    from horosphere.kinematics._tube_kernels import place, task_at
+class Task:
+    """What stays fixed along a branch, about a random posture q of an arm, by `task_at`."""
 
-    @jit
-    def task(J, C, L, K, path, tool, normal, span, q, d, M, E, D, W, T, X):
-        place(J, C, L[:0], K, q, T, X)
-        return task_at(T, C, path, tool, normal, span, d, M, E, D, W)
+    def __init__(self, name, seed):
+        from horosphere.distance import pack_robot
+        from horosphere.kernels import jit
+        from horosphere.kinematics._tube_kernels import place, rest, task_at
 
-    robot, rng = CASES[name]()[0], np.random.default_rng(5)
-    q = rng.uniform(robot.limits.lower, robot.limits.upper)
-    one, body, n = redundancy(robot, target_of(robot, q, rng)), pack_robot(robot, static=False), robot.n_joints
-    columns = body.joints[one.path, 2]
+        @jit
+        def task(J, C, L, K, path, tool, normal, span, q, d, M, E, D, W, T, X):
+            place(J, C, L[:0], K, q, T, X)
+            return task_at(T, C, path, tool, normal, span, d, M, E, D, W)
 
-    def at(q, d):
+        @jit
+        def bound(d, half, r, levers, span):
+            return rest(d, half, r, levers, span)
+
+        robot, self.rng = CASES[name]()[0], np.random.default_rng(seed)
+        self.q, self.n, self.body = self.rng.uniform(*limits_of(robot)), robot.n_joints, pack_robot(robot, static=False)
+        self.one, self.task = redundancy(robot, target_of(robot, self.q, self.rng)), task
+        self.columns = self.body.joints[self.one.path, 2]
+        self.rest = lambda d, half, r: bound(d, half, r, self.one.levers, self.one.span)
+        self.R0 = self.at(self.q, self.along())[-1]
+
+    def along(self):
+        """A random direction, in the order of the joints of the path."""
+        d = self.rng.normal(size=self.n)
+        return d / np.linalg.norm(d)
+
+    def moved(self, step):
+        """q after a step in the order of the path."""
+        found = self.q.copy()
+        found[self.columns] += step
+        return found
+
+    def at(self, q, d):
+        """Df, D2f(d, .), D3f(d, d, .), the bound of D2f, and the tool's rotation."""
+        n, one = self.n, self.one
         M, E, D, W = np.zeros((n, n)), np.zeros((n - 1, n)), np.zeros((n - 1, n)), np.zeros((n, 15))
-        T, X = np.empty((len(body.joints), 12)), np.empty((0, 7))
-        size = task(*body[:4], one.path, one.tool, one.normal, one.span, q, d, M, E, D, W, T, X)
+        T, X = np.empty((len(self.body.joints), 12)), np.empty((0, 7))
+        size = self.task(*self.body[:4], one.path, one.tool, one.normal, one.span, q, d, M, E, D, W, T, X)
         return M[: n - 1], E, D, size, T[one.path[-1], :9].reshape(3, 3)
 
-    d = rng.normal(size=n)
-    d /= np.linalg.norm(d)
-    along = np.zeros(n)
-    along[columns] = d
-    _, E, D, size, R0 = at(q, d)
-
-    def slope(x):
-        M, *_, R = at(x, d)
-        if one.normal.any():
+    def slope(self, step):
+        """Df after a step, of the f that counts rotations from those at q."""
+        M, *_, R = self.at(self.moved(step), np.eye(self.n)[0])
+        if self.one.normal.any():
             return M
-        Q = R @ R0.T
+        Q = R @ self.R0.T
         return np.concatenate([0.5 * (np.trace(Q) * np.eye(3) - Q) @ M[:3], M[3:]])
 
-    h = 1e-3
-    assert np.allclose((slope(q + h * along) - slope(q - h * along)) / (2.0 * h), E, atol=1e-5)
-    assert np.allclose((slope(q + h * along) - 2.0 * slope(q) + slope(q - h * along)) / h**2, D, atol=1e-5)
-    turn = np.eye(n)[columns]
-    whole = np.sqrt(sum((((slope(q + h * e) - slope(q - h * e)) / (2.0 * h)) ** 2).sum() for e in turn))
-    assert whole <= size + 1e-5 and (size < 1.001 * whole or one.normal.any())
+
+def limits_of(robot):
+    return robot.limits.lower, robot.limits.upper
+
+
+@pytest.mark.parametrize("name", ["panda", "humanoid"])
+def test_a_tube_knows_the_derivatives_of_its_task(name):
+    """Against differences, in plain matrices."""
+    task, h = Task(name, 5), 1e-3
+    d = task.along()
+    _, E, D, size, _ = task.at(task.q, d)
+    slope = task.slope
+    assert np.allclose((slope(h * d) - slope(-h * d)) / (2.0 * h), E, atol=1e-5)
+    assert np.allclose((slope(h * d) - 2.0 * slope(0.0 * d) + slope(-h * d)) / h**2, D, atol=1e-5)
+    whole = np.sqrt(sum((((slope(h * e) - slope(-h * e)) / (2.0 * h)) ** 2).sum() for e in np.eye(task.n)))
+    assert whole <= size + 1e-5 and (size < 1.001 * whole or task.one.normal.any())
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_what_a_tube_does_not_compute_is_within_its_bound(name):
+    """Df(q + s d + y) without its parts of first and second order that are computed, in tubes of all lengths and widths."""
+    largest = 0.0
+    for seed in range(6):
+        task = Task(name, seed)
+        M0 = task.slope(np.zeros(task.n))
+        for _ in range(60):
+            d, half, r = task.along(), 10.0 ** task.rng.uniform(-2, 0), 10.0 ** task.rng.uniform(-3, 0)
+            s, y = half * task.rng.uniform(-1, 1), task.along()
+            y -= (y @ d) * d
+            size = r * task.rng.uniform() / np.linalg.norm(y)
+            _, E, D, *_ = task.at(task.q, d)
+            computed = M0 + s * E + size * task.at(task.q, y)[1] + 0.5 * s * s * D
+            left = np.linalg.norm(task.slope(s * d + size * y) - computed)
+            assert left <= task.rest(d, half, r) + 1e-12, seed
+            largest = max(largest, left / task.rest(d, half, r))
+    assert largest > 0.02  # a bound, but no idle one
 
 
 def test_every_q7_at_which_a_branch_exists_is_found():

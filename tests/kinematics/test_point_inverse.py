@@ -202,6 +202,12 @@ def test_what_does_not_fit_is_said():
         inverse(robot, target, psi=np.nan)
     with pytest.raises(InputError, match="seed"):
         inverse(robot, target, seed=np.zeros(4))
+    several = Point.from_euclidean(np.zeros((2, 3)))
+    for redundancy in ({"psi": np.zeros(3)}, {"q5": np.zeros(3)}, {"seed": np.zeros((3, 5))}):
+        with pytest.raises(InputError, match=r"leading shapes \(2,\).*\(3,\)"):
+            inverse(robot, several, **redundancy)
+    with pytest.raises(InputError, match=r"leading shapes \(2,\), \(3,\)"):
+        inverse(load("panda"), forward(load("panda"), np.zeros((2, 7))), q7=np.zeros(3))
     with pytest.raises(InputError, match="one point"):
         limit_arcs(robot, Point.from_euclidean(np.zeros((2, 3))))
     with pytest.raises(InputError, match="q5"):

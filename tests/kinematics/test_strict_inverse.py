@@ -165,3 +165,8 @@ def test_every_phi_where_the_wrist_circles_the_torso_axis():
     assert np.abs(M[:, :3, 3] - [0.0, 0.5, 0.0]).max() < 1e-12 and np.abs(M[:, 1, 1:3]).max() < 1e-12
     batch = inverse(humanoid_arm(*lengths), GripperOnPlane([[0, 0.5, 0], [0.4, 0.2, 0.1]], [0, 1, 0]), strict=True)
     assert batch.flags["phi_free"].tolist() == [True, False] and batch.solved.all()
+
+
+def test_a_batch_of_none():
+    s = inverse(humanoid_arm(), GripperOnPlane(np.zeros((0, 3)), [0, 0, 1]), strict=True)
+    assert s.q.shape == (0, 8, 5) and s.valid.shape == s.residual.shape == (0, 8) and s.flags["phi_free"].shape == (0,)

@@ -152,6 +152,7 @@ def test_arc_ends_touch_the_clearance_and_nearest_is_free():
     E = elbow_from_definition(lengths, T, 0.4)
     arcs = elbow_arcs(arm, Motor.from_matrix(T), (E[None], [0.03]), 0.01, fixed_bodies=False)
     assert len(arcs.joined()) == 1 and not arcs.contains(0.4) and arcs.contains(0.4 + np.pi)
+    assert repr(arcs).startswith("Arcs(psi free from ")
     W = T[:3, 3] - lengths[3] * T[:3, 2]
     for end in arcs.joined().ravel():
         e = elbow_from_definition(lengths, T, end)

@@ -10,6 +10,7 @@ import trimesh
 
 from horosphere import distance, robots
 from horosphere.errors import InputError
+from horosphere.planning._reactive import react
 from horosphere.planning._tree import connect
 from horosphere.robots import Capsules, Limits, Link, Robot
 from horosphere.shapes import Ball, Box, Capsule, Cylinder, Ellipsoid, HalfSpace, Mesh, PointCloud
@@ -198,6 +199,22 @@ def test_bad_input():
         connect(robot, q, q * np.nan)
     with pytest.raises(InputError, match=r"disc.*Ball of dimension 2"):
         connect(robot, q, q, [Ball([0.0, 0.0], 0.1, name="disc")])
+    for plan in connect, react:
+        for goals in np.zeros((0, 7)), [], "home", np.zeros((2, 2, 7)):
+            with pytest.raises(InputError, match="goals"):
+                plan(robot, q, goals)
+        for name in "clearance", "self_clearance", "time_limit":
+            with pytest.raises(InputError, match=f"{name}: expected .* got nan"):
+                plan(robot, q, q, **{name: np.nan})
+    with pytest.raises(InputError, match="seed"):
+        connect(robot, q, q, seed=-1)
+
+
+@pytest.mark.parametrize("time_limit", [np.inf, 1e12])
+def test_more_time_than_a_clock_can_count(time_limit):
+    robot = made("panda")
+    q = np.array([0, -0.5, 0, -2.0, 0, 1.8, 0.5])
+    assert connect(robot, q, q + 0.1, [Ball([0.4, 0.4, 0.4], 0.1)], time_limit=time_limit).solved
 
 
 def test_around_a_mesh():

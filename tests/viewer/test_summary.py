@@ -27,12 +27,13 @@ def test_a_lower_bound_is_never_written_larger_than_it_is():
 
 def test_promises_are_rounded_to_the_safe_side():
     rng = np.random.default_rng(8)
-    for value in rng.normal(size=2000) * 10.0 ** rng.uniform(-12, 6, 2000):
+    for value in (*rng.normal(size=2000) * 10.0 ** rng.uniform(-12, 6, 2000), -1e-9, 1e30, -1.5e300):
         exact = Fraction(repr(float(value)))
         for digits in (2, 3, 6):
             low, high = Fraction(at_least(value, digits)), Fraction(at_most(value, digits))
             assert low <= exact <= high and high - low <= abs(exact) * Fraction(10) ** (1 - digits)
         assert Fraction(at_most(value, decimals=4)) >= exact >= Fraction(at_least(value, decimals=4))
+    assert at_most(-1e-9, decimals=2) == "0.00" == at_least(-0.0, decimals=2)
     assert at_least(0.0) == "0" and at_least(0.0123, power=3) == "12.3" and at_most(np.inf) == "inf"
 
 

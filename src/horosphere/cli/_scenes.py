@@ -48,6 +48,8 @@ def scenes(
     if not problem and (is_archive(place) or place.is_dir()):
         return _list_problems(name, ProblemSet.read(place), json)
     if name in names() or not (problem or place.exists()):
+        if moveit.given:
+            moveit.load(name)  # raises: a scene of ours says all itself
         texts = {"": library_path(name).read_text(encoding="utf-8")}
     else:
         from ..scenes._save import texts_of
@@ -55,7 +57,7 @@ def scenes(
         with out.working("reading the scene"):
             loaded = moveit.load(name)
             texts = texts_of(loaded, Path(f"{loaded.name}.yaml") if out_file is None else out_file)
-    written = [] if out_file is None else _write(out_file, list(texts.values()), list(texts), force)
+    written = [] if out_file is None else _write(out_file, texts, force)
     if json:
         out.print_json({"name": name, "text": next(iter(texts.values())), "written": out_file})
     elif written:
@@ -66,18 +68,18 @@ def scenes(
     return out.DONE
 
 
-def _write(file: Path, texts: list[str], names: list[str], force: bool) -> list[Path]:
-    """The scene as `file`, and what belongs to it under its own name in the same folder; all or none."""
+def _write(file: Path, texts: dict[str, str], force: bool) -> list[Path]:
+    """The first text, the scene, as `file`, and what belongs to it under its own name in the same folder; all or none."""
     from ..errors import InputError
     from ..io import output_folder, writing, writing_set
 
-    paths = [file, *(file.with_name(name) for name in names[1:])]
+    paths = [file, *(file.with_name(name) for name in list(texts)[1:])]
     for path in paths:
         if path.exists() and not force:
             raise InputError("the file exists already", place=str(path), remedy="another name, or --force")
     output_folder(file.parent)
     with writing_set(file.parent, [path.name for path in paths]) as stage:
-        for path, text in zip(paths, texts):
+        for path, text in zip(paths, texts.values()):
             with writing(stage / path.name) as stream:
                 stream.write(text)
     return paths

@@ -19,8 +19,8 @@ import math
 
 import numpy as np
 
-from ..kernels import jit
-from ..shapes._segment_kernels import inner, to_segment
+from ..kernels import inner, jit
+from ..shapes._segment_kernels import to_segment
 from ._pair_kernels import segment_distance
 
 REVOLUTE, PRISMATIC = 1, 2

@@ -13,7 +13,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..shapes._segment_kernels import inner, to_segment
+from ..kernels import inner
+from ..shapes._segment_kernels import to_segment
 from ..shapes._tree_kernels import to_cloud, to_mesh
 from ._plane_kernels import to_convex
 

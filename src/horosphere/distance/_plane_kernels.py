@@ -12,7 +12,8 @@ import math
 
 import numpy as np
 
-from ..shapes._segment_kernels import clamp, inner
+from ..kernels import inner
+from ..shapes._segment_kernels import clamp
 
 BOX, CYLINDER, ELLIPSOID = 1, 2, 4
 ENOUGH = 4e-16

@@ -192,10 +192,15 @@ class HarmonicField:
         """The same field, to the last bit, with its zones in a grid of cells: a call costs about the same among 1,000 zones and among
         100,000 (n <= 3), and a zone 0.8 kB. Outside the box that holds the zones, grown by a twentieth, all of them are looked at.
 
-        Worth building for many calls among more than about 500 zones; `trace` does not use it. Not for blend "sum".
+        Worth building for many calls among more than about 500 zones; `trace` does not use it. `cells`: about how many (at least 1;
+        by default four a zone). Raises InputError for more than three dimensions and for blends that need all zones ("sum").
         """
-        if self.blend not in ("nearest", "simplex", "smooth") or len(self.world.radii) == 0:
+        if self.blend not in ("nearest", "simplex", "smooth"):
             raise InputError(f"the blend {self.blend!r} needs all zones at all places", place="indexed")
+        if cells is not None and not cells >= 1:
+            raise InputError(f"expected at least one cell, got {cells}", place="cells")
+        if not len(self.world.radii):
+            return self
         copy = object.__new__(HarmonicField)
         copy.__dict__.update(self.__dict__)
         copy.world = self.world.indexed(cells)

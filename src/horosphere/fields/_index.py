@@ -47,7 +47,10 @@ class CellIndex:
 
 
 def build_index(centers: Array, radii: Array, table: Array, boundary: float, cells: int | None = None) -> CellIndex:
-    """Index balls of the plane or of space; `table` (rows, m) is what is known of them, `cells` about how many cells to make."""
+    """Index balls of the plane or of space; `table` (rows, m) is what is known of them, `cells` about how many cells to make.
+
+    Raises InputError in more than three dimensions.
+    """
     from ._kernels import arrange, sift
 
     m, n = centers.shape
@@ -57,7 +60,7 @@ def build_index(centers: Array, radii: Array, table: Array, boundary: float, cel
     spare = 0.05 * (high - low) + 1e-9
     low, high = low - spare, high + spare
     wanted = min(max(4 * m, 4096) if cells is None else cells, MOST_CELLS)
-    side = float((np.prod(high - low) / wanted) ** (1.0 / n))
+    side = _side(high - low, wanted)
     count = np.maximum(np.ceil((high - low) / side), 1.0).astype(np.int64)
     # boxes of cells: first and last + 1 on each axis
     boxes = np.stack([np.zeros(n, np.int64), count])[None]
@@ -81,6 +84,13 @@ def build_index(centers: Array, radii: Array, table: Array, boundary: float, cel
     arrange(centers, radii, low + side * (boxes[:, 0] + 0.5), order, starts, balls, unit, first, entries, scratch)
     grid = np.stack([low, np.full(n, 1.0 / side), count.astype(np.float64)])
     return CellIndex(grid, first, entries, unit, fuzz, np.ascontiguousarray(table.T))
+
+
+def _side(size: Array, wanted: float) -> float:
+    """The edge of about `wanted` cubic cells in a box of this size (n,); what is flatter than a cell is one cell thick."""
+    longest = np.sort(size)[::-1]
+    sides = [float((np.prod(longest[:k]) / wanted) ** (1.0 / k)) for k in range(1, len(size) + 1)]
+    return next(side for side, least in zip(reversed(sides), reversed(longest)) if side <= least)
 
 
 def _halved(boxes: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:

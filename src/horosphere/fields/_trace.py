@@ -132,7 +132,7 @@ def _dop853(field, start: Array, step: float, tolerance: float, max_steps: int) 
     def near(_, x: Array) -> float:
         return float(np.linalg.norm(x - field.goal)) - max(tolerance, 1e-9)
 
-    near.terminal = True  # pyright: ignore[reportFunctionMemberAccess]
+    near.terminal = True
     longest = 3.0 * float(np.linalg.norm(start - field.goal)) + 10.0 * float(field.world.radii.sum())
     solution = solve_ivp(
         lambda _, x: field(x),

@@ -22,6 +22,7 @@ from ._blades import VECTOR as VECTOR
 from ._blades import blade as blade
 from ._blades import blades as blades
 from ._cache import cache_folder as cache_folder
+from ._cache import inner as inner
 from ._cache import is_cache_writable as is_cache_writable
 from ._cache import jit as jit
 from ._cache import on_compile as on_compile

@@ -14,7 +14,7 @@ import os
 import sys
 from collections.abc import Callable
 from contextlib import suppress
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -181,6 +181,10 @@ def jit(function: Callable | None = None, *, part: bool = False, **options) -> A
         return dispatcher
 
     return wrap if function is None else wrap(function)
+
+
+inner = partial(jit, _nrt=False, part=True)
+"""`jit` for what compiled code alone calls, by its name, and which makes no arrays: compiles sooner."""
 
 
 def on_compile(callback: Callable[[str], None]) -> None:

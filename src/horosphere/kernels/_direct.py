@@ -162,5 +162,5 @@ def _slot(kind: type) -> int:
     if kind is np.ndarray:
         return 0
     value, array = object.__new__(kind), np.zeros(1)
-    kind.array.__set__(value, array)  # type: ignore[attr-defined]
+    kind.array.__set__(value, array)
     return 8 * list((ctypes.c_int64 * (kind.__basicsize__ // 8)).from_address(id(value))).index(id(array))

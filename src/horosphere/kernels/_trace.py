@@ -67,7 +67,7 @@ class Trace:
     def with_sum_of_inputs(self) -> Trace:
         """The same with one more output: NaN or infinite when an input is (or when the sum overflows)."""
         inputs = {self.graph.add("in", k).index: 1.0 for k in range(sum(self.widths))}
-        total = self.graph.linear(inputs)  # type: ignore[arg-type]
+        total = self.graph.linear(inputs)
         return replace(self, outputs=(*self.outputs, total.index))
 
     @cached_property

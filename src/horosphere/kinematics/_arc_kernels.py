@@ -11,8 +11,7 @@ import numpy as np
 
 from ..distance._body_kernels import ignored, place, self_distance
 from ..distance._pair_kernels import segment_distance
-from ..kernels import jit
-from ..shapes._segment_kernels import inner
+from ..kernels import inner, jit
 from ._tube_kernels import CROSSING, INSIDE
 
 FREE, BLOCKED = 4, 5

@@ -106,11 +106,11 @@ def elbow_arcs(
     distance = float(np.sqrt(span @ span))
     missing = max(distance - (dse + dew), abs(dse - dew) - distance)
     if missing > 1e-13 * (dse + dew) or distance < 1e-12:
-        return Arcs(np.zeros((0, 2)), f"the pose is out of reach by {max(missing, 0.0):.4g} m")
+        return _nothing(f"the pose is out of reach by {max(missing, 0.0):.4g} m")
     if fixed_bodies:
         blocked = _fixed_contact(robot, target, shapes, clearance)
         if blocked:
-            return Arcs(np.zeros((0, 2)), blocked)
+            return _nothing(blocked)
     u = span / distance
     r = _reference(u)
     along = (dse * dse - dew * dew + distance * distance) / (2.0 * distance)
@@ -127,12 +127,17 @@ def elbow_arcs(
             for cut in _link_planes(end, length, shape, float(robot.capsules.radius[item]) + clearance):
                 arc = (0.0, np.pi) if isinstance(cut, str) else _arc_beyond(circle, *cut)
                 if arc is not None and arc[1] >= np.pi:
-                    return Arcs(
-                        np.zeros((0, 2)), f"obstacle {k} is closer than {clearance:g} m to the {name} at every psi"
-                    )
+                    return _nothing(f"obstacle {k} is closer than {clearance:g} m to the {name} at every psi")
                 forbidden += [] if arc is None else [arc]
     free = _complement(forbidden)
-    return Arcs(free, "" if len(free) else "the forbidden arcs of the obstacles cover the elbow circle")
+    return (
+        Arcs(free, "", "psi") if len(free) else _nothing("the forbidden arcs of the obstacles cover the elbow circle")
+    )
+
+
+def _nothing(reason: str) -> Arcs:
+    """No psi at all."""
+    return Arcs(np.zeros((0, 2)), reason, "psi")
 
 
 def _link_planes(end: Floats, length: float, shape: Any, grown: float) -> list[tuple[Floats, float] | str]:

@@ -157,7 +157,7 @@ def chain_structure(robot: Any) -> Structure:
         for is_reversed, screw in ((False, forward), (True, backward)):
             found = _READERS[n](screw, _relations(screw), tolerance)
             if found is not None:
-                return _finished(found, screw, is_reversed, near, n)
+                return _finished(found, screw, is_reversed, near)
     return Structure(
         "numerical", reasons=(_why_not(chain), *_shorter(robot, chain), *_later(robot, chain)), near_misses=near
     )
@@ -195,7 +195,7 @@ def _later(robot: Any, chain: Screws) -> tuple[str, ...]:
     return ()
 
 
-def _finished(found: Structure, chain: Screws, is_reversed: bool, near, n: int) -> Structure:
+def _finished(found: Structure, chain: Screws, is_reversed: bool, near) -> Structure:
     reasons = found.reasons
     parameter = found.parameter
     if is_reversed:

@@ -97,10 +97,10 @@ def q7_candidates(made: Any, motor: Floats) -> Floats:
     return sorted_ends(np.concatenate([angles, ends[np.isfinite(ends)]]))
 
 
-def phi_candidates(arm: Floats, point: Floats, circle: Floats) -> Floats:
+def phi_candidates(arm: Floats, circle: Floats) -> Floats:
     """Angles phi at which the elbow of the 5-DOF arm begins or ends to exist: the wrist's circle meets a torus.
 
-    arm: a, h, d1, d2, d3. point: the gripper point; circle (3, 3): the wrist at phi = 0, pi/2 and pi. The wrist at distance D
+    arm: a, h, d1, d2, d3. circle (3, 3): the wrist at phi = 0, pi/2 and pi. The wrist at distance D
     from the shoulder's circle (radius a at height h): (s + a^2 - D^2)^2 = 4 a^2 (x^2 + z^2), s = |p2 - (0, h, 0)|^2.
     """
     a, h, d1, d2, _ = arm
@@ -138,7 +138,7 @@ def strict_candidates(arm: Floats, circle: Floats, across: Floats) -> Floats | N
     if max(np.abs(P.c).max(), np.abs(Q.c).max()) < 1e-14:
         return None
     one = P if np.abs(Q.c).max() < 1e-12 * np.abs(P.c).max() else P * P - Q * Q * T
-    reach = phi_candidates(arm, np.zeros(3), circle)
+    reach = phi_candidates(arm, circle)
     return sorted_ends(np.concatenate([one.roots(), T.roots(), reach[1:-1]]))
 
 

@@ -53,12 +53,12 @@ def humanoid_inverse(
         p2, single = circle[0, :3], (False, False, False, False, True)
         table = run_one(humanoid_branches, single, p2, target.point, seed_rows, _NO_HINGE, arm)
         one = _Branches(table, batch, gripper_spare=circle[0, 3] > 0.5)
-        return one.solutions(robot, arm, lambda q: plane_residual(arm, q, target.point, p2))
+        return one.solutions(arm, lambda q: plane_residual(arm, q, target.point, p2))
     pt, n, at, kept = broadcast_rows(batch, target.point, target.normal, angle, seed_rows)
     p2, spare = wrists(arm, pt, n, at)
     table = branches(arm, p2, pt, kept)
     result = _Branches(table, batch, gripper_spare=spare.reshape(batch))
-    return result.solutions(robot, arm, lambda q: plane_residual(arm, q, pt.reshape(*batch, 3), p2.reshape(*batch, 3)))
+    return result.solutions(arm, lambda q: plane_residual(arm, q, pt.reshape(*batch, 3), p2.reshape(*batch, 3)))
 
 
 def arm_parameters(parameters: dict[str, float]) -> Floats:
@@ -115,11 +115,11 @@ class _Branches:
             **self.more,
         }
 
-    def solutions(self, robot: Any, arm: Floats, residual: Any, free: Floats | None = None) -> IkSolutions:
+    def solutions(self, arm: Floats, residual: Any) -> IkSolutions:
         q, valid, gap = self.q, self.valid, self.gap
         return IkSolutions(
             q, valid, branch_table(3), lambda: residual(q), True,
-            lambda: _reasons(valid, gap, arm, self.more.get("pose")), bits=BITS, flags=self.flags, free=free,
+            lambda: _reasons(valid, gap, arm, self.more.get("pose")), bits=BITS, flags=self.flags,
         )  # fmt: skip
 
 
@@ -168,7 +168,7 @@ def wrist_and_tip(arm: Floats, q: Floats) -> tuple[Floats, Floats]:
 
 def _of_pose(robot: Any, arm: Floats, rotation: Floats, origin: Floats, seed: Floats) -> IkSolutions:
     """A whole pose of the tip: the hinge of the wrist is known, so of each flip pair one row can be valid."""
-    batch = np.broadcast_shapes(origin.shape[:-1], seed.shape[:-1])
+    batch = batch_shape(origin, seed)
     pt, gripper, hinge, kept = broadcast_rows(batch, origin, rotation[..., :, 1], rotation[..., :, 2], seed)
     p2 = pt - arm[4] * gripper
     result = _Branches(branches(arm, p2, pt, kept, hinge), batch)
@@ -183,4 +183,4 @@ def _of_pose(robot: Any, arm: Floats, rotation: Floats, origin: Floats, seed: Fl
         points = plane_residual(arm, q, pt.reshape(*batch, 3), p2.reshape(*batch, 3))
         return np.maximum(points, np.where(flip, miss, np.maximum(miss, np.pi)))
 
-    return result.solutions(robot, arm, residual)
+    return result.solutions(arm, residual)

@@ -6,11 +6,9 @@ A goal is (14,): motor (8), point (3), direction (3); `_goal_kernels.goal_error`
 
 from __future__ import annotations
 
-from functools import partial
-
 import numpy as np
 
-from ..kernels import ONE, jit, load_records, store_records
+from ..kernels import ONE, inner, jit, load_records, store_records
 from . import _goal_kernels as goals_of
 from . import _joint_kernels as joints
 from ._kernels import FIXED, REVOLUTE, frames_into
@@ -19,9 +17,6 @@ _turn_column, _slide_column = joints.turn_column.inline, joints.slide_column.inl
 _goal_error, _restricted = goals_of.goal_error.inline, goals_of.restricted_column.inline
 _add_outer, _add_scaled = goals_of.add_outer.inline, goals_of.add_scaled.inline
 _damped_solve, _dot6 = goals_of.damped_solve.inline, goals_of.dot6.inline
-
-# called from compiled code alone, and nothing is allocated: compiles sooner
-inner = partial(jit, _nrt=False, part=True)
 
 
 @inner
@@ -94,7 +89,7 @@ def descend(
 ):  # fmt: skip
     """Levenberg-Marquardt from `trial` to q; leaves the error in e (14,)."""
     last = parents.shape[0] - 1
-    factor, cost, checked, k, inner = 1e-2, np.inf, np.inf, 0, 0
+    factor, cost, checked, k, refused = 1e-2, np.inf, np.inf, 0, 0
     # one loop, so that frames and error are compiled once: each turn judges `trial`, then makes the next one
     while True:
         frames_into(parents, origins, kinds, axes, coords, mult, offs, trial, M)
@@ -112,11 +107,11 @@ def descend(
                     return
                 checked = cost
             columns_into(kinds, axes, coords, mult, M, goal, rules, weight, e, G)
-            factor, inner = max(factor * 0.2, 1e-6), 0
+            factor, refused = max(factor * 0.2, 1e-6), 0
             k += 1
         else:
-            inner += 1
-            if inner == 12 or not cost < np.inf:
+            refused += 1
+            if refused == 12 or not cost < np.inf:
                 return
             factor = max(factor * 8.0, 1e-3)
         # damping in proportion to the squared error: quadratic convergence at the end, caution far away
@@ -125,7 +120,7 @@ def descend(
             trial[c] = min(max(q[c] + step[c], lower[c]), upper[c])
 
 
-@partial(jit, _nrt=False)
+@jit(_nrt=False)
 def solve_batch(
     parents, origins, kinds, axes, coords, mult, offs, lower, upper, goals, axis, rules, weight, first, starts, tips,
     attempts, iterations, tolerance, q, left, count, tries, M, G, e, tried, trial, step, at, rank,

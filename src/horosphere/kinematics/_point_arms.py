@@ -16,6 +16,7 @@ from ._classify import classify
 from ._screws import axis_rotation
 from ._solutions import IkSolutions, branch_table
 from ._structured import _turns, psi_reference
+from ._targets import common_shape
 
 Floats = NDArray[np.float64]
 BITS = ("shoulder", "wrist")
@@ -86,7 +87,7 @@ def point_inverse(
     seeds = None if seed is None else float_array(seed, "seed", last=n)
     given = [None if x is None else float_array(x, name) for x, name in ((psi, "psi"), (q5, "q5"))]
     shapes = [points.shape[:-1], () if seeds is None else seeds.shape[:-1], *(x.shape for x in given if x is not None)]
-    batch = np.broadcast_shapes(*shapes)
+    batch = common_shape(*shapes)
     rows = lambda x, width: np.array(np.broadcast_to(x, (*batch, width)), order="C").reshape(-1, width)
     p, kept = rows(points, 3), rows(np.zeros(n) if seeds is None else seeds, n)
     count = len(p)

@@ -26,6 +26,7 @@ from ._screw_kernels import (
     cross,
     dot,
     inside,
+    margin5,
     normalised,
     product,
     ratio,
@@ -161,16 +162,6 @@ def point5(arm, limits, points, psi, last, seeds, slack, Q, valid, stands, gap, 
         store_records(flat, 4 * i, q)
         store_flags(good, loose, i, stands, free)
         store_flags(lane_min(good, fits), loose, i, valid, free)
-
-
-@jit
-def margin5(q, limits):
-    """Lanes: the least distance of a joint to its limits."""
-    margin = lane_min(q[0] - limits[0, 0], limits[1, 0] - q[0])
-    margin = lane_min(margin, lane_min(q[1] - limits[0, 1], limits[1, 1] - q[1]))
-    margin = lane_min(margin, lane_min(q[2] - limits[0, 2], limits[1, 2] - q[2]))
-    margin = lane_min(margin, lane_min(q[3] - limits[0, 3], limits[1, 3] - q[3]))
-    return lane_min(margin, lane_min(q[4] - limits[0, 4], limits[1, 4] - q[4]))
 
 
 @jit

@@ -92,7 +92,7 @@ def _of_humanoid(robot: Any, target: Any) -> Redundancy:
         found = humanoid_inverse(robot, target, phi=values)
         return found.q, found.valid
 
-    ends = phi_candidates(arm, point, circle)
+    ends = phi_candidates(arm, circle)
     return Redundancy(robot, "phi", 8, ends, rows, normal.copy(), *_course(robot, whole=False))
 
 

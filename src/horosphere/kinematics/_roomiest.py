@@ -79,7 +79,7 @@ def roomiest(
     found = inverse(robot, target, **given)
     q, free, first = found.q[pick, pick].copy(), top > 0.0, int(np.argmax(top))
     reason = ""
-    if not np.isfinite(top).any():
+    if not (top > -np.inf).any():
         reason = str(found.reason[0])
     elif not free.any():
         joints, outer, inner = margins(q[first : first + 1])[:, 0]

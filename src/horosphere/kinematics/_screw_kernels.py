@@ -310,3 +310,13 @@ def store_flags(good, free, i, valid, loose):
     for k in range(valid.shape[1]):
         valid[i, k] = (bad >> k) & 1 == 0
         loose[i, k] = (held >> k) & 1 == 1
+
+
+@jit
+def margin5(q, limits):
+    """Lanes: the least distance of one of the first five joints to its limits."""
+    margin = lane_min(q[0] - limits[0, 0], limits[1, 0] - q[0])
+    margin = lane_min(margin, lane_min(q[1] - limits[0, 1], limits[1, 1] - q[1]))
+    margin = lane_min(margin, lane_min(q[2] - limits[0, 2], limits[1, 2] - q[2]))
+    margin = lane_min(margin, lane_min(q[3] - limits[0, 3], limits[1, 3] - q[3]))
+    return lane_min(margin, lane_min(q[4] - limits[0, 4], limits[1, 4] - q[4]))

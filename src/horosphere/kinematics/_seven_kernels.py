@@ -38,6 +38,7 @@ from ._screw_kernels import (
     frame,
     inside,
     load_pose,
+    margin5,
     missing,
     normalised,
     product,
@@ -200,12 +201,7 @@ def seven(kind, arm, limits, motors, value, seeds, Q, valid, gap, free):
 @jit
 def margin7(q, limits):
     """Lanes: the least distance of a joint to its limits."""
-    margin = lane_min(q[0] - limits[0, 0], limits[1, 0] - q[0])
-    margin = lane_min(margin, lane_min(q[1] - limits[0, 1], limits[1, 1] - q[1]))
-    margin = lane_min(margin, lane_min(q[2] - limits[0, 2], limits[1, 2] - q[2]))
-    margin = lane_min(margin, lane_min(q[3] - limits[0, 3], limits[1, 3] - q[3]))
-    margin = lane_min(margin, lane_min(q[4] - limits[0, 4], limits[1, 4] - q[4]))
-    margin = lane_min(margin, lane_min(q[5] - limits[0, 5], limits[1, 5] - q[5]))
+    margin = lane_min(margin5(q, limits), lane_min(q[5] - limits[0, 5], limits[1, 5] - q[5]))
     return lane_min(margin, lane_min(q[6] - limits[0, 6], limits[1, 6] - q[6]))
 
 

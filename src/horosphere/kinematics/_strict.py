@@ -17,7 +17,7 @@ from ..numeric import wrap_angle
 from ._existence import strict_candidates
 from ._humanoid import BITS, POSE_TOLERANCE, REACH_TOLERANCE, branches, wrist_and_tip, wrists
 from ._solutions import IkSolutions, branch_table
-from ._targets import GripperOnPlane, broadcast_rows
+from ._targets import GripperOnPlane, batch_shape, broadcast_rows
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -32,7 +32,7 @@ def strict_inverse(arm: Floats, target: GripperOnPlane, seed: Floats) -> IkSolut
 
     The flag "phi_free" (...) marks targets at which every phi will do (gripper point on the torso axis, plane across it): phi is 0.
     """
-    batch = np.broadcast_shapes(target.point.shape[:-1], target.normal.shape[:-1], seed.shape[:-1])
+    batch = batch_shape(target.point, target.normal, seed)
     pt, n, kept = broadcast_rows(batch, target.point, target.normal, seed)
     count = len(pt)
 
@@ -48,7 +48,7 @@ def strict_inverse(arm: Floats, target: GripperOnPlane, seed: Floats) -> IkSolut
     circles, _ = wrists(arm, pt[thrice], n[thrice], three[:, None])
     across = np.asarray(np.cross(n[thrice], (pt[thrice] - circles) / arm[4]), dtype=np.float64).reshape(count, 3, 3)
     found = [strict_candidates(arm, *both) for both in zip(circles.reshape(count, 3, 3), across)]
-    always = np.array([x is None for x in found])
+    always = np.array([x is None for x in found], bool)
     cuts = [np.array([-np.pi]) if x is None else x[:-1] for x in found]  # on the circle: -pi stands for pi too
     where, kind, root = _roots(evaluate, cuts, ~always)
     some = np.repeat(np.flatnonzero(always), 4)

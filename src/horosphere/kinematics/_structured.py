@@ -13,7 +13,7 @@ from ..errors import InputError
 from ..numeric import float_array
 from ._classify import Structure, chain_structure, classify
 from ._solutions import IkSolutions, branch_table
-from ._targets import pose_motor
+from ._targets import common_shape, pose_motor
 from ._wrist_arms import pose_residual, reach_reasons
 
 Floats = NDArray[np.float64]
@@ -125,7 +125,7 @@ def structured_inverse(
     given = None if parameter is None else float_array(parameter, str(structure.parameter))
     batch = motor.shape[:-1]
     if seeds.ndim > 1 or (given is not None and given.ndim):
-        batch = np.broadcast_shapes(batch, seeds.shape[:-1], () if given is None else given.shape)
+        batch = common_shape(batch, seeds.shape[:-1], () if given is None else given.shape)
     motors, kept = _rows(motor, batch, 8), _rows(seeds, batch, n)
     motors.setflags(write=False)  # as a Motor's own array: one compilation serves both
     value = None

@@ -88,11 +88,23 @@ def broadcast_rows(batch: tuple[int, ...], *arrays: Floats) -> list[Floats]:
 
 
 def batch_shape(*arrays: Floats) -> tuple[int, ...]:
-    """The common leading shape of arrays (..., k)."""
+    """The common leading shape of arrays (..., k). Raises InputError if there is none."""
     for a in arrays:
         if a.ndim != 1:
-            return np.broadcast_shapes(*(a.shape[:-1] for a in arrays))
+            return common_shape(*(a.shape[:-1] for a in arrays))
     return ()
+
+
+def common_shape(*shapes: tuple[int, ...]) -> tuple[int, ...]:
+    """What these leading shapes broadcast to. Raises InputError if they do not."""
+    try:
+        return np.broadcast_shapes(*shapes)
+    except ValueError:
+        different = ", ".join(map(str, dict.fromkeys(filter(None, shapes))))
+        raise InputError(
+            f"leading shapes {different} do not broadcast", place="inverse",
+            remedy="target, seed and redundancy need the same leading axes, or none",
+        ) from None  # fmt: skip
 
 
 @cache

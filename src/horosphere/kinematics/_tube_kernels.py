@@ -16,8 +16,7 @@ import math
 import numpy as np
 
 from ..distance._body_kernels import place
-from ..kernels import jit
-from ..shapes._segment_kernels import inner
+from ..kernels import inner, jit
 
 OPEN, INSIDE, CROSSING, OUTSIDE = 0, 1, 2, 3  # go on in `_arc_kernels`
 _ROUNDING = 2e-9  # ten times what the closed form may miss of the task at the ends: 1 - a is 0.1 at least

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
-from decimal import ROUND_CEILING, ROUND_FLOOR, Decimal
+from decimal import ROUND_CEILING, ROUND_FLOOR, Context, Decimal
+
+_ALL_DIGITS = Context(prec=700)  # of any float64 to a few hundred places behind the point
 
 
 def at_least(value: float, digits: int = 4, *, decimals: int | None = None, power: int = 0) -> str:
@@ -19,11 +21,12 @@ def at_most(value: float, digits: int = 4, *, decimals: int | None = None, power
 def _rounded(value: float, digits: int, decimals: int | None, power: int, way: str) -> str:
     if not math.isfinite(value):
         return f"{value:g}"
-    exact = Decimal(repr(float(value) + 0.0)).scaleb(
+    exact = Decimal(repr(float(value))).scaleb(
         power
-    )  # the shortest number that reads back as this one, so 0.0235 stays 0.0235
+    )  # the shortest number that reads back as this one: 0.0235 stays 0.0235
     if decimals is not None:
-        return str(exact.quantize(Decimal(1).scaleb(-decimals), way))
+        rounded = exact.quantize(Decimal(1).scaleb(-decimals), way, _ALL_DIGITS)
+        return str(rounded.copy_abs() if rounded.is_zero() else rounded)
     if not exact:
         return "0"
-    return f"{float(exact.quantize(Decimal(1).scaleb(exact.adjusted() - digits + 1), way)):.{digits}g}"
+    return f"{float(exact.quantize(Decimal(1).scaleb(exact.adjusted() - digits + 1), way, _ALL_DIGITS)):.{digits}g}"

@@ -14,7 +14,8 @@ from ..distance import pack_obstacles, signed
 from ..numeric import at_least
 from ..robots import Robot
 from ..shapes import as_shapes
-from ._tree import CHUNK, Search, TreeResult
+from ._packet_kernels import CHECK, CHUNK, GROW
+from ._tree import Search, TreeResult
 from ._tree_space import COVER, Space, model_of
 
 Floats = NDArray[np.float64]
@@ -137,8 +138,6 @@ class Improver:
 
     def regrown(self, number: int, extra: float) -> Floats | None:
         """A path of trees grown from other samples with an extra margin, shortened and certified."""
-        from ._plan_kernels import GROW
-
         self.rounds += 1
         search, space = self.search, self.space
         space.use_samples(self.seed + 7919 * number)
@@ -228,8 +227,6 @@ class Improver:
 
     def blocked(self, P: Floats, rungs: Floats) -> list[int]:
         """Motions of the band that are not certified to keep the margins of a rung."""
-        from ._plan_kernels import CHECK
-
         room = self.space.room
         room.path[: len(P)] = P
         room.path[0] = self.space.scaled(self.search.start)

@@ -2,21 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
-
-
-@dataclass(frozen=True, slots=True)
-class Chain:
-    """`indices[k]` is the configuration chosen of layer k; `broken_at` is the first layer that no chain reaches, or None."""
-
-    indices: NDArray[np.int64]
-    broken_at: int | None
 
 
 class ChainSearch:
@@ -55,12 +44,3 @@ class ChainSearch:
         for origin in reversed(self._origins[1:]):
             found.append(int(origin[found[-1]]))
         return np.array(found[::-1])
-
-
-def cheapest_chain(layers: Sequence[Floats], costs: Sequence[Floats], step_limit: float) -> Chain:
-    """The chain through `layers` (each (m_k, n) configurations) of least sum of squared joint steps and node `costs`."""
-    search = ChainSearch(step_limit)
-    for k, (layer, cost) in enumerate(zip(layers, costs)):
-        if not search.extend(layer, cost):
-            return Chain(np.zeros(0, np.int64), k)
-    return Chain(search.indices(), None)

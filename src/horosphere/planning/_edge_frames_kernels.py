@@ -7,6 +7,7 @@ from ..kernels import (
     absolute,
     atom,
     floor,
+    inner,
     kernel,
     lane_sqrt,
     load_columns,
@@ -17,7 +18,7 @@ from ..kernels import (
     store_columns,
     where_lt,
 )
-from ._packet_kernels import inner, opened
+from ._packet_kernels import opened
 
 LANES = (0,) * 16
 WIDTH = len(LANES)

@@ -19,10 +19,10 @@ Motions are q + t v, t in [0, 1]. Distances are compared as squares: no root in 
 
 import numpy as np
 
-from ..kernels import lane_mask_lt, load_columns, load_lanes, load_records, store_columns
+from ..kernels import inner, lane_mask_lt, load_columns, load_lanes, load_records, store_columns
 from ._edge_frames_kernels import LANES, WIDTH, motion_bound, place_frames
 from ._edge_frames_kernels import carried_inline as _carried
-from ._packet_kernels import called, inner, opened
+from ._packet_kernels import called, opened
 from ._world_kernels import box_square, cylinder_square, ellipsoid_square, segment_square, upright_square
 
 CONTACT, UNDECIDED, CLEAR = -1, 0, 1

@@ -17,16 +17,22 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..kernels import jit
+from ..kernels import inner, jit
 
-inner = partial(jit, _nrt=False, part=True)
-"""For what is called from compiled code alone, by its name."""
 called = partial(jit, _nrt=False, no_cpython_wrapper=True)
 """For what is called through its address in a packet."""
 
 
 EDGE, PACK_SCENE, GROW_TREES, SIMPLIFY, CERTIFY, CLOCK, MODEL_AT = range(7)
 """Where the addresses are: of `edge_clear`, of the steps of `plan`, of a clock; and where the words of the model begin."""
+
+
+PACK, GROW, RESUME, FINISH, CHECK = range(5)
+"""What `plan` begins with: the scene; the trees; trees that are there; a path that is there; only whether it is certified."""
+TREES_FULL, START_BLOCKED, GOALS_BLOCKED, NOT_CERTIFIED, TIME_OVER, PAUSED = range(-1, -7, -1)
+"""Why `plan` has no path; nothing found yet is 0."""
+CHUNK = 2000
+"""Iterations of the trees after which `plan` looks at the clock; a rung has two such chunks."""
 
 
 class PlainPacket(list):

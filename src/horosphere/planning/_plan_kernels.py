@@ -13,10 +13,28 @@ Of the packet, beside what `_edge_kernels` and `_tree_kernels` tell:
 
 import numpy as np
 
-from ..kernels import call_compiled, jit
+from ..kernels import call_compiled, inner, jit
 from ._edge_kernels import CERTIFIED
-from ._packet_kernels import CERTIFY, GROW_TREES, PACK_SCENE, SIMPLIFY, called, inner, now, opened, opened_task
-from ._tree_kernels import TREES_FULL
+from ._packet_kernels import (
+    CERTIFY,
+    CHECK,
+    CHUNK,
+    FINISH,
+    GROW,
+    GROW_TREES,
+    NOT_CERTIFIED,
+    PACK,
+    PACK_SCENE,
+    PAUSED,
+    RESUME,
+    SIMPLIFY,
+    TIME_OVER,
+    TREES_FULL,
+    called,
+    now,
+    opened,
+    opened_task,
+)
 from ._world_kernels import sort_solids
 
 CLEARANCE, SELF_CLEARANCE, PACK_MARGIN, CENTRE_SLACK, ROBOT_SIZE, SLACK = range(6)
@@ -24,10 +42,6 @@ SOLIDS, GOALS, RUNGS, RUNG, POINTS, SHORTEN, DONE, ITERATIONS, HALVES, DEADLINE 
 PACKING, GROWING, SIMPLIFYING, CERTIFYING = range(10, 14)
 """Given: how many solids, goals and rungs, the rung to begin at, points of a path that is there, whether to shorten, and when to
 end. Told: the rung, iterations on it (given to CHECK: the first motion) and on all, halves of its margin that are certified, times."""
-PACK, GROW, RESUME, FINISH, CHECK = range(5)
-"""What to begin with: the scene; the trees; trees that are there; a path that is there; only whether it is certified."""
-NOT_CERTIFIED, TIME_OVER, PAUSED = -4, -5, -6
-CHUNK = 2000
 ROUNDS, TRIES, LEAST_GAIN = 3, 3, 0.03
 """Of `simplify`."""
 SLICE = 200_000_000

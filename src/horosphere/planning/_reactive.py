@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..numeric import float_array
 from ..robots import Robot
 from ..shapes import as_shapes
-from ._tree import Search, TreeResult
+from ._packet_kernels import FINISH
+from ._tree import Search, TreeResult, checked_seconds
 from ._tree_room import halton
 from ._tree_space import COVER, RUNGS, Space
 from ._world import nearest_contact
@@ -43,11 +43,8 @@ def react(
     The law goes straight to its aim as far as no body approaches anything faster than its gap allows (a hard barrier). What it
     finds is shortened only where it went over a via pose, and certified as the tree's paths are. `vias=0`: the law alone.
     """
-    begin = perf_counter()
-    n = robot.n_joints
-    first = float_array(start, "start", last=n, ndim=1)
-    ends = float_array(np.atleast_2d(np.asarray(goals, np.float64)), "goals", last=n, ndim=2)
-    search = Search(robot, first, ends, as_shapes(obstacles), clearance, self_clearance, 0)
+    begin, time_limit = perf_counter(), checked_seconds(time_limit)
+    search = Search(robot, start, goals, as_shapes(obstacles), clearance, self_clearance, 0)
     search.timings = dict.fromkeys(("pack", "follow", "simplify", "certify"), 0.0)
     inside = search.inside()
     if isinstance(inside, str):
@@ -144,8 +141,6 @@ class _Law:
 
     def _finish(self, count: int, goal: int, shorten: bool, rung: float) -> TreeResult | None:
         """The path of `count` points, shortened and certified."""
-        from ._plan_kernels import FINISH
-
         rungs = np.array([[rung, rung, 0, 0]])
         count = self.space.run(FINISH, rungs, points=count, shorten=shorten)
         self.search.count(self.space)

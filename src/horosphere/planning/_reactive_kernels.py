@@ -12,9 +12,9 @@ import math
 
 import numpy as np
 
-from ..kernels import jit, lane_sqrt, load_lanes, store_lanes
+from ..kernels import inner, jit, lane_sqrt, load_lanes, store_lanes
 from ._edge_kernels import LANES, SAMPLED, WIDTH, place_frames, square_from
-from ._packet_kernels import inner, opened
+from ._packet_kernels import opened
 from ._tree_kernels import motion_clear
 
 PROBE = 1e-3  # metres between the points from which the direction away from a solid is read

@@ -4,8 +4,9 @@ import math
 
 import numpy as np
 
+from ..kernels import inner
 from ._edge_kernels import CERTIFIED, SAMPLED
-from ._packet_kernels import called, inner, opened, opened_task
+from ._packet_kernels import called, opened, opened_task
 from ._tree_kernels import motion_clear
 
 

@@ -10,15 +10,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..errors import InputError
 from ..numeric import float_array
 from ..robots import Robot
 from ..shapes import Shape, as_shapes
-from ._tree_space import COVER, PACK, Space
+from ._packet_kernels import CHUNK, GOALS_BLOCKED, NOT_CERTIFIED, PACK, START_BLOCKED, TIME_OVER
+from ._tree_space import COVER, Space
 from ._world import nearest_contact, solid_rows
 
 Floats = NDArray[np.float64]
-CHUNK = 2000
-"""Iterations of the trees, of which a rung has two."""
 LIMIT_SLACK = 1e-6
 """How far beyond its limits a joint may be (rad, m) at the start and at a goal."""
 FINE = np.array([[0.0, 0.0, 2 * CHUNK, 0], [0.0, 0.0, math.inf, 1]])
@@ -61,16 +61,21 @@ def connect(
     """A path from `start` (n,) to one of `goals` (k, n) on which no body comes nearer than `clearance` (m) to an obstacle.
 
     Two trees of joint motions grow towards each other; the path is shortened, then certified between its points too (motion
-    bounds, see docs/planner.md). Joints without limits are searched within half a turn of start and goals. The result is a
-    value: `.solved`, `.reason`. Raises InputError for wrong shapes, limits violated at the start, or obstacles of a kind the
-    trees cannot take. Source: RRT-Connect (Kuffner and LaValle 2000) with our certificate.
+    bounds, see docs/planner.md). Joints without limits are searched within half a turn of start and goals. `time_limit`:
+    seconds. The result is a value: `.solved`, `.reason`, also where an end is outside its limits or not clear. Raises
+    InputError for wrong shapes, numbers that are not finite, or obstacles of a kind the trees cannot take. Source:
+    RRT-Connect (Kuffner and LaValle 2000) with our certificate.
     """
     begin = perf_counter_ns()
-    n = robot.n_joints
-    first = float_array(start, "start", last=n, ndim=1)
-    ends = float_array(np.atleast_2d(np.asarray(goals, np.float64)), "goals", last=n, ndim=2)
-    search = Search(robot, first, ends, as_shapes(obstacles), clearance, self_clearance, seed)
-    return search.run(simplify, begin, time_limit)
+    search = Search(robot, start, goals, as_shapes(obstacles), clearance, self_clearance, seed)
+    return search.run(simplify, begin, checked_seconds(time_limit))
+
+
+def checked_seconds(time_limit: float) -> float:
+    """A time limit, where infinity is none. Raises InputError."""
+    if math.isnan(time_limit):
+        raise InputError("expected seconds, got nan", place="time_limit")
+    return time_limit
 
 
 class Search:
@@ -79,23 +84,28 @@ class Search:
     def __init__(
         self,
         robot: Robot,
-        start: Floats,
-        goals: Floats,
+        start: ArrayLike,
+        goals: ArrayLike,
         shapes: tuple[Shape, ...],
         clearance: float,
         self_clearance: float,
         seed: int,
     ) -> None:
-        self.robot, self.start, self.goals, self.shapes = robot, start, goals, shapes
-        self.clearance, self.self_clearance = float(clearance), float(self_clearance)
+        n = robot.n_joints
+        self.robot, self.start, self.shapes = robot, float_array(start, "start", last=n, ndim=1), shapes
+        self.goals = np.atleast_2d(float_array(goals, "goals", last=n))
+        if self.goals.ndim > 2 or not len(self.goals):
+            raise InputError(f"expected one or more goals (k, {n}), got shape {self.goals.shape}", place="goals")
+        self.clearance = float(float_array(clearance, "clearance", ndim=0))
+        self.self_clearance = float(float_array(self_clearance, "self_clearance", ndim=0))
         self.seed, self.iterations = int(seed), 0
+        if self.seed < 0:
+            raise InputError(f"expected 0 or a positive number, got {self.seed}", place="seed")
         self.timings: dict[str, float] = dict.fromkeys(PARTS, 0.0)
         self.rows = solid_rows(shapes)
 
     def run(self, simplify: bool, begin: int, time_limit: float) -> TreeResult:
         """Down the ladder of margins until a path is certified; what is beyond the coarse cover of the robot, in a second call."""
-        from ._plan_kernels import TIME_OVER
-
         inside = self.inside()
         if isinstance(inside, str):
             return self.failed(inside)
@@ -124,11 +134,7 @@ class Search:
         if "planning limits" not in memo:
             memo["planning limits"] = limits.lower - LIMIT_SLACK, limits.upper + LIMIT_SLACK
         low, high = memo["planning limits"]
-        if (
-            ((self.start >= low) & (self.start <= high)).all()
-            and ((goals >= low) & (goals <= high)).all()
-            and len(goals)
-        ):
+        if ((self.start >= low) & (self.start <= high)).all() and ((goals >= low) & (goals <= high)).all():
             return list(range(len(goals)))
         outside = _outside(self.robot, self.start)
         if outside:
@@ -161,9 +167,6 @@ class Search:
 
     def reason(self, outcome: int, inside: list[int], space: Space) -> str:
         """In words, what `plan` says."""
-        from ._plan_kernels import NOT_CERTIFIED, TIME_OVER
-        from ._tree_kernels import GOALS_BLOCKED, START_BLOCKED
-
         if outcome == NOT_CERTIFIED:
             return "a path was found, but contact between its points could not be excluded"
         if outcome in (START_BLOCKED, GOALS_BLOCKED):

@@ -16,13 +16,12 @@ import math
 
 import numpy as np
 
-from ..kernels import lane_min, lane_where_lt, load_lanes, min_lane, spread
+from ..kernels import inner, lane_min, lane_where_lt, load_lanes, min_lane, spread
 from ._edge_kernels import CERTIFIED, LANES, SAMPLED, WIDTH
-from ._packet_kernels import called, check_edge, inner, opened, opened_task
+from ._packet_kernels import GOALS_BLOCKED, START_BLOCKED, TREES_FULL, called, check_edge, opened, opened_task
 
 FREE = np.float32(1e30)  # the radius of a node whose extensions have all succeeded
 FAR = np.float32(1e9)
-TREES_FULL, START_BLOCKED, GOALS_BLOCKED = -1, -2, -3
 RADIUS, LEAST_RADIUS, SHRINK = 4.0, 1.0, 1e-4
 GOLDEN = 0.6180339887498949
 STEP = 1.0

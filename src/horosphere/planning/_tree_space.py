@@ -10,7 +10,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..robots import Robot
-from ._packet_kernels import ALLOWED_AT, SAMPLES_AT, WORLD_AT, PlainPacket, packet_of, words_of
+from ._packet_kernels import (
+    ALLOWED_AT,
+    CHUNK,
+    FINISH,
+    PACK,
+    PAUSED,
+    RESUME,
+    SAMPLES_AT,
+    WORLD_AT,
+    PlainPacket,
+    packet_of,
+    words_of,
+)
 from ._tree_model import Balls, Frames, body_pairs, cover, moving_frames, position_error, spans
 from ._tree_room import Room, room_of
 from ._world import allowed_rows
@@ -23,8 +35,8 @@ RUNGS = (1 / 512, 1 / 1024, 0.0)
 """Margins the trees are grown with beyond the clearance asked for, in shares of the robot's reach (about 2, 1, 0 mm an arm)."""
 COVER = 1 / 1024, 1 / 16384
 """How far the balls over a capsule may stand out, in shares of the reach; the second where the first leaves no way."""
-PACK, NEVER = 0, 2**62
-"""The first stage of `plan`; no end to its time."""
+NEVER = 2**62
+"""Nanoseconds: no end to the time of `plan`."""
 NONE_ALLOWED = np.zeros((0, 0), np.uint8)
 
 
@@ -149,7 +161,7 @@ class Space:
         `rungs`: rows (k, 4) of `plan`. `goals` (k, n), `deadline` (`perf_counter_ns`): of trees. `points`, `first`: of a path
         in `room.path`.
         """
-        from ._plan_kernels import FINISH, PAUSED, RESUME, plan
+        from ._plan_kernels import plan
 
         room, search, model, region = self.room, self.search, self.model, self.region
         solids, ends = 0, 0
@@ -163,7 +175,7 @@ class Space:
         margin = max(search.clearance, 0.0) + RUNGS[0] * model.reach + 1e-3
         room.settings[:] = search.clearance, search.self_clearance, margin, region.slack, region.size, self.slack
         room.rungs[: len(rungs)] = rungs
-        until = NEVER if deadline == math.inf else int(deadline)
+        until = int(min(deadline, NEVER))
         room.progress[:] = solids, ends, len(rungs), 0, points, shorten, first, 0, 0, until, 0, 0, 0, 0
         outcome = plan(self.packet, stage)
         while outcome == PAUSED:
@@ -219,7 +231,7 @@ def model_of(robot: Robot, fineness: float) -> Model:
         array[:, 3] *= np.float32(1.0 + 1e-6)
     arrays = (frames.joints, single[0], balls.bodies, single[1], balls.groups, *single[2:], pairs, group_pairs)
     most = int((balls.groups[:, 1] - balls.groups[:, 0]).max(initial=0))
-    rungs = np.array([[share * reach, share * reach, 4000, 0] for share in RUNGS])
+    rungs = np.array([[share * reach, share * reach, 2 * CHUNK, 0] for share in RUNGS])
     is_bounded = bool(np.isfinite([robot.limits.lower, robot.limits.upper]).all())
     model = Model(frames, balls, arrays, weight, reach, most, rungs, is_bounded)
     robot.memo[key] = model

@@ -9,8 +9,7 @@ import math
 
 import numpy as np
 
-from ..kernels import absolute, kernel, maximum, minimum, scalars, sqrt
-from ._packet_kernels import inner
+from ..kernels import absolute, inner, kernel, maximum, minimum, scalars, sqrt
 
 BOX, CAPSULE, CYLINDER, ELLIPSOID, HALF_SPACE = 0, 1, 2, 3, 4
 

@@ -85,7 +85,7 @@ def _arm_target(reader: Reader, data: dict, loc: Loc, robot: Any) -> Target | No
             if reader.problems:
                 return None
         section = reader.section(s.InPlane, data, loc)
-        return section and PlaneTarget(*half_space(section.plane))  # type: ignore[arg-type]
+        return section and PlaneTarget(*half_space(section.plane))
     if "plane_normal" in data:
         section = reader.section(s.GripperPlaneFields, data, loc)
         return section and GripperPlaneTarget(section.position, section.plane_normal)  # type: ignore[arg-type]

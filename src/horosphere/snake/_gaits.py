@@ -62,7 +62,7 @@ def serpenoid(
         return np.array([speed * np.cos(heading), speed * np.sin(heading), rate, 0.0])
 
     period = length / speed
-    inputs.x = period * np.arange(periods + 1)  # type: ignore[attr-defined]  # knots: a step ends where a period does
+    inputs.x = period * np.arange(periods + 1)  # knots: a step ends where a period does
     motion = snake.simulate(q, inputs, periods * period, tolerance=1e-9)
     return Gait(motion, period, _per_period(motion, period, periods), 1.0, motion.reason)
 
@@ -105,7 +105,7 @@ def shape_gait(
     def locked(t: float, state: Array) -> float:
         return float(np.linalg.det(snake.control_basis(state)[rows][:, :2])) ** 2 - 1e-6
 
-    locked.terminal = True  # type: ignore[attr-defined]
+    locked.terminal = True
     if locked(0.0, q) <= 0:
         raise InputError("the two joints are locked at the start: the wheel axes meet in one point", place="q0")
     end = periods * period

@@ -116,7 +116,7 @@ class LiveView:
         targets = {"goal": getattr(self._scene.goal, "position", None)}
         for k, obstacle in enumerate(self._scene.obstacles):
             if type(obstacle).__name__ == "Ball":
-                targets[str(k)] = obstacle.center  # type: ignore[union-attr]
+                targets[str(k)] = obstacle.center
         for name, position in targets.items():
             if position is None or len(position) > 3:
                 continue

@@ -79,7 +79,7 @@ def summarise(
         rows.append(("Time spent", _spent(timings)))
     rows += [("Robot", _robot(scene)), ("Collision model", collision_model(scene)), ("Obstacles", _obstacles(scene))]
     every = dict.fromkeys((*notes, *getattr(scene.robot, "notes", ())))  # in order, none twice
-    return Summary(good, _verdict(scene, certificate, solved, reason, good, certified), tuple(rows), tuple(every))
+    return Summary(good, _verdict(scene, certificate, solved, reason, good), tuple(rows), tuple(every))
 
 
 def _contacts(allowed: tuple[str, ...], most: int = 4) -> str:
@@ -99,7 +99,7 @@ def goal_error(measures: Measures | None) -> float | None:
     return None if measures is None or measures.to_goal is None else float(measures.to_goal[-1])
 
 
-def _verdict(scene: Scene, certificate: Any, solved: bool | None, reason: str, good: bool, certified: bool) -> str:
+def _verdict(scene: Scene, certificate: Any, solved: bool | None, reason: str, good: bool) -> str:
     if good and certificate is not None:
         word = "Certified" if solved is None else "Solved and certified"
         if not math.isfinite(certificate.clearance):
