@@ -1,12 +1,13 @@
 """The live loop: its guarantee against dense sampling, limits, goals, retreat and stop, self-collision, moving obstacles."""
 
+import json
 import os
 from collections import Counter
 from pathlib import Path
 
 import numpy as np
 import pytest
-from moving_balls import simulate, sphere_centres
+from moving_balls import may_touch, simulate, sphere_centres
 
 from horosphere import InputError, Motor, Point, distance, kinematics, robots
 from horosphere.control import Reactive
@@ -227,12 +228,13 @@ def test_retreat_then_stop_between_two_walls(spheres):
     assert min(own) >= -1e-9  # what is nearer than the clearance never comes nearer by the robot's own motion
 
 
-def check_soak(robot, seconds, seeds, avoidable=0, **options):
+def check_soak(spheres, contacts, seconds, seeds, avoidable=0, **options):
     """Contacts less than a second apart are one episode, named after its first: who is pinched is touched again."""
     kinds, all_found, reasons = {"overrun": 0, "squeezed": 0, "avoidable": 0}, [], Counter()
     touched, least = 0, np.inf
     for seed in seeds:
-        found = simulate(robot, seconds / len(seeds), seed, **options)
+        robot, standing = scene_of(spheres, contacts, seed)
+        found = simulate(robot, seconds / len(seeds), seed, standing=standing, **options)
         reasons.update(found["reasons"])
         touched, least = touched + found["touched"], min(least, found["least"])
         assert found["unproved"] == 0
@@ -245,32 +247,73 @@ def check_soak(robot, seconds, seeds, avoidable=0, **options):
                 kinds[contact.kind] += 1
             all_found.append((seed, contact.kind, contact))
             last = contact.time
-    print(f"{seconds:g} s, episodes: {kinds}, steps: {dict(reasons)}, least distance {least:.4f} m,", end=" ")
+    print(
+        f"{contacts}, {seconds:g} s, seeds {[*seeds]}, episodes: {kinds}, steps: {dict(reasons)}, least distance {least:.4f} m,",
+        end=" ",
+    )
     print(f"periods in allowed contacts: {touched}", *all_found, sep="\n")
-    assert (touched > 0) == bool(robot.allowed_obstacles)
+    assert (touched > 0) == (contacts != "none")
     assert kinds["avoidable"] <= avoidable, all_found
 
 
-def test_random_moving_balls(spheres):
+def scene_of(spheres, contacts, seed=0):
+    """The robot and what stands there: contacts allowed with nothing; of the hand (from link 7 on) with two big balls that stand in
+    its way; or of three neighbouring links at most with each of four of the balls that fly."""
+    if contacts == "cushions":
+        hand = ("panda_link7", "panda_hand", "panda_leftfinger", "panda_rightfinger")
+        robot = spheres.with_allowed(*((link, ball) for link in hand for ball in ("ball 8", "ball 9")))
+        return robot, ((0.6, 0.3, 0.3, 0.25), (0.5, -0.5, 0.4, 0.25))
+    if contacts == "through":
+        rng = np.random.default_rng([77, seed])
+        links = [spheres.link_names[k] for k in np.unique(spheres.capsules.link) if k]
+        pairs = []
+        for ball in range(4):
+            first = rng.integers(0, len(links) - 1)
+            pairs += [(link, f"ball {ball}") for link in links[first : first + rng.integers(1, 4)]]
+        return spheres.with_allowed(*pairs), ()
+    return spheres, ()
+
+
+@pytest.mark.parametrize(("contacts", "seeds"), [("none", (0, 1)), ("cushions", (9, 14)), ("through", (0, 10))])
+def test_random_moving_balls(spheres, contacts, seeds):
     """10 s among 8 balls of up to 0.25 m/s."""
-    check_soak(spheres, 10.0, range(2), speed=0.25, period=0.004)
+    check_soak(spheres, contacts, 10.0, seeds, speed=0.25, period=0.004)
 
 
 @pytest.mark.slow
 @pytest.mark.timeout(3600)
-@pytest.mark.parametrize("cushions", [False, True])
-def test_an_hour_of_random_moving_balls(spheres, cushions):
-    """HOROSPHERE_SOAK: other than 3600 seconds of simulated time. Two cushions that stand there the hand may touch, nothing else.
-
-    Between the cushions the arm is pinched now and then; the law is local, so one or two of these an hour could be avoided.
-    """
-    robot, standing = spheres, ()
-    if cushions:
-        hand = ("panda_link7", "panda_hand", "panda_leftfinger", "panda_rightfinger")
-        robot = spheres.with_allowed(*((link, ball) for link in hand for ball in ("ball 8", "ball 9")))
-        standing = ((0.6, 0.3, 0.3, 0.25), (0.5, -0.5, 0.4, 0.25))
+@pytest.mark.parametrize("contacts", ["none", "cushions", "through"])
+def test_an_hour_of_random_moving_balls(spheres, contacts):
+    """HOROSPHERE_SOAK: other than 3600 seconds of simulated time."""
     seconds = float(os.environ.get("HOROSPHERE_SOAK", "3600"))
-    check_soak(robot, seconds, range(12), 2 * cushions, speed=0.25, period=0.004, standing=standing)
+    check_soak(spheres, contacts, seconds, range(12), speed=0.25, period=0.004)
+
+
+def test_one_body_near_the_limit_of_its_proof_holds_up_no_retreat(spheres):
+    """A moment of the soak with cushions, 0.8 s before link 4 was touched: a ball came for one of its bodies, and with every
+    velocity that retreated from it the proof of another failed, by a few mm/s, so that the arm kept braking. Now what is
+    lacking is asked for. From there, and from joints 1 mrad off (seed 0), without looking at how the ball moves, too."""
+    moment = {
+        key: np.array(value) for key, value in json.loads(Path(__file__).with_name("pinch.json").read_text()).items()
+    }
+    robot, _ = scene_of(spheres, "cushions")
+    rng, may = np.random.default_rng(0), may_touch(robot, 10) | (robot.capsules.link == 0)[:, None]
+    for run_ in range(6):
+        q = moment["q"] + (run_ > 0) * rng.uniform(-1e-3, 1e-3, 7)
+        loop = Reactive(robot, goal=moment["goal"], period=0.004, obstacle_speed=[0.25] * 8 + [0.0] * 2,
+                        obstacles=(moment["centres"], moment["radii"]))  # fmt: skip
+        loop.reset(moment["dq"])
+        for k in range(300):
+            centres = moment["centres"] + moment["velocities"] * 0.004 * k
+            step = loop.step(
+                q,
+                obstacles=(centres, moment["radii"]),
+                obstacle_velocity=moment["velocities"] if run_ % 2 == 0 else None,
+            )
+            x, r = sphere_centres(robot, q[None])
+            d = np.linalg.norm(x[0][:, None] - centres, axis=-1) - r[:, None] - moment["radii"]
+            assert step.proved and d[~may].min() > 0.02, (run_, k, d[~may].min())
+            q = step.q_next
 
 
 def test_meshes_and_clouds(panda):

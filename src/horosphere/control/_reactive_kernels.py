@@ -24,6 +24,7 @@ from ._reactive_goal_kernels import wanted
 from ._reactive_motion_kernels import (
     ANGLE,
     MARGIN,
+    NONE,
     OWN_MARGIN,
     PERIOD,
     RATE,
@@ -35,22 +36,22 @@ from ._reactive_motion_kernels import (
     closing_speed,
     lookout,
     motion,
-    proved,
     stopping,
+    unproved,
 )
 
 MOVING, ARRIVED, BLOCKED, RETREATING, STOPPING, STOPPED = range(6)
 HALF_SPACE = 3.0
 SLIDE = 2e-4  # m
 CLOSE = 0.02  # m
-# a plain 0 or -1 in a call is a type of its own for numba, and the callee is compiled again for it
-NONE = np.int64(-1)
+# how often what a proof lacks is asked for in a step, how much of it, and what share of the velocity limits is no change
+MENDS, SPARE, SAME = np.int64(3), 1.5, 1e-5
 
 
 @inner
 def look(J, C, L, F, B, K, S, V, O, G, P, T, X, M, par, top, reach, stop_time, N, I, A, b, seen):
-    """Pairs that matter this period: N (c, 8) = distance, witness, direction, speed; I (c, 5) = capsule, other capsule, what it
-    meets, frame that both hang from, frame of the other.
+    """Pairs that matter this period: N (c, 9) = distance, witness, direction, speed, what `unproved` says;
+    I (c, 5) = capsule, other capsule, what it meets, frame that both hang from, frame of the other.
 
     A pair is left out if no velocity |u| <= top can make it matter. A, b: the rows a . u >= b, for the nearest capsule of every
     frame and solid and those that are close, and for the nearest pair of two frames. Returns (pairs, rows). seen: the least
@@ -162,7 +163,8 @@ def keep(N, I, at, d, X, i, t, nx, ny, nz, speed, other, what, stop, frame):
 
 @inner
 def add_row(J, C, T, X, K, N, I, pair, k, margin, A, b, row):
-    """a . u: the rate of the pair's distance; b (rows, 3): how far it is from the margin, speed, pair."""
+    """a . u: the rate of the pair's distance; b (rows, 7): how far it is from the margin, speed, three demands and a . a of
+    `project`, pair."""
     a = A[row]
     for c in range(a.shape[0]):
         a[c] = 0.0
@@ -172,7 +174,31 @@ def add_row(J, C, T, X, K, N, I, pair, k, margin, A, b, row):
     if j >= 0:
         d += K[i, 6] + K[j, 6]
         add_slope(J, C, T, I[pair, 4], x - d * nx, y - d * ny, z - d * nz, -nx, -ny, -nz, a)
-    b[row, 0], b[row, 1], b[row, 2] = N[pair, 0] - margin, N[pair, 7], pair
+    b[row, 0], b[row, 1], b[row, 6] = N[pair, 0] - margin, N[pair, 7], pair
+
+
+@inner
+def tighten(J, C, L, T, X, K, N, I, count, par, u, A, b, rows):
+    """Ask for what u lacks where `unproved` found that it falls short, and for a little more; returns how many rows there are."""
+    for p in range(count):
+        if N[p, 8] > 0.0:
+            r = ZERO
+            while r < rows and b[r, 6] != p:
+                r += 1
+            if r == A.shape[0]:
+                return rows
+            if r == rows:
+                margin = par[MARGIN] if I[p, 1] < 0 else par[OWN_MARGIN]
+                add_row(J, C, T, X, K, N, I, p, L[I[p, 0]], margin, A, b, r)
+                b[r, 2] = b[r, 3] = b[r, 4] = -np.inf
+                rows += 1
+            have = 0.0
+            for c in range(u.shape[0]):
+                have += A[r, c] * u[c]
+            need = max(have, b[r, 2]) + SPARE * N[p, 8]
+            for level in range(2, 5):
+                b[r, level] = max(b[r, level], need)
+    return rows
 
 
 @inner
@@ -259,7 +285,7 @@ def step_into(J, C, L, K, F, B, S, V, E, O, G, P, M, par, goal, posture, tool, q
     error, angle = wanted(J, C, T, par, goal, posture, tool, q, M, Jt, H, base)
     away, found, rows = False, rows, ZERO
     for r in range(found):
-        p, speed = int(b[r, 2]), b[r, 1]
+        p, speed = int(b[r, 6]), b[r, 1]
         i, j, stop = I[p, 0], I[p, 1], I[p, 3]
         bend = motion(J, C, T, L[i], stop, N[p, 1], N[p, 2], N[p, 3], 0.0, before, reach)[1]
         if j >= 0:
@@ -287,33 +313,44 @@ def step_into(J, C, L, K, F, B, S, V, E, O, G, P, M, par, goal, posture, tool, q
         seen_to_do = max(coming - calm, -closing)
         might_do = max(speed - calm, seen_to_do)
         if might_do > -most:  # else no velocity within reach breaks it
-            b[rows, 2], b[rows, 3], b[rows, 4] = -closing, seen_to_do, might_do
+            b[rows, 2], b[rows, 3], b[rows, 4], b[rows, 6] = -closing, seen_to_do, might_do, p
             for c in range(n):
                 A[rows, c] = A[r, c]
             rows += 1
     reason = STOPPING
     sure = False
     if count >= 0:
+        ramp = 1.0
+        for c in range(n):  # as far towards it as the acceleration allows, in a straight line
+            if abs(base[c] - before[c]) * ramp > M[3, c] * h:
+                ramp = M[3, c] * h / abs(base[c] - before[c])
         for attempt in range(5):
-            if attempt % 2 == 0:
-                ramp = 1.0 if attempt == 0 else 0.0
-                sweeps = int(par[SWEEPS]) * ((4 if away else 1) if attempt < 4 else 40)
-                for c in range(n):  # as far towards it as the acceleration allows, in a straight line
-                    if abs(base[c] - before[c]) * ramp > M[3, c] * h:
-                        ramp = M[3, c] * h / abs(base[c] - before[c])
-                for c in range(n):
-                    u[c] = before[c] + ramp * (base[c] - before[c]) if attempt == 0 else fallback[c]
-                project(u, A, b, rows, M, lo, hi, lam, nu, sweeps)
             share = (1.0, 0.3, 1.0, 0.5, 1.0)[attempt]
-            for c in range(n):
-                trial[c] = fallback[c] + share * (u[c] - fallback[c])
-            if proved(J, C, L, K, T, X, W, N, I, count, M, par, q, trial):
+            sweeps = int(par[SWEEPS]) * ((4 if away else 1) if attempt < 4 else 40)
+            failed, mends = ZERO, MENDS if attempt % 2 == 0 else ZERO
+            for mend in range(1 + mends):
+                if attempt % 2 == 0:
+                    for c in range(n):
+                        u[c] = before[c] + ramp * (base[c] - before[c]) if attempt == 0 else fallback[c]
+                    project(u, A, b, rows, M, lo, hi, lam, nu, sweeps)
+                change = 0.0
+                for c in range(n):
+                    change = max(change, abs(u[c] - trial[c]) / M[2, c])
+                    trial[c] = fallback[c] + share * (u[c] - fallback[c])
+                if mend > 0 and change < SAME:
+                    break  # what is lacking is not to be had
+                failed = unproved(J, C, L, K, T, X, W, N, I, count, M, par, q, trial, mend < mends)
+                if failed <= 0:
+                    break
+                if mend < mends:
+                    rows = tighten(J, C, L, T, X, K, N, I, count, par, u, A, b, rows)
+            if failed == 0:
                 sure, reason = True, MOVING
                 break
     if not sure:
         for c in range(n):
             trial[c] = fallback[c]
-        sure = chained or (count >= 0 and proved(J, C, L, K, T, X, W, N, I, count, M, par, q, trial))
+        sure = chained or (count >= 0 and unproved(J, C, L, K, T, X, W, N, I, count, M, par, q, trial, False) == 0)
     largest = 0.0
     for c in range(n):
         out[c] = trial[c]

@@ -15,7 +15,8 @@ from ..distance._body_kernels import inner
 # places in the array `par`
 PERIOD, MARGIN, OWN_MARGIN, RATE, GAIN, TIP, SPEED, TURN, POSTURE, SWEEPS, TOLERANCE, ANGLE, RETREAT = range(13)
 TINY = 1e-12
-ZERO = np.int64(0)  # a plain 0 in a call is a type of its own for numba
+# a plain 0 or -1 in a call is a type of its own for numba, and the callee is compiled again for it
+ZERO, NONE = np.int64(0), np.int64(-1)
 
 
 @inner
@@ -101,23 +102,25 @@ def motion(J, C, T, k, stop, x, y, z, radius, u, S):
 
 
 @inner
-def proved(J, C, L, K, T, X, W, N, I, count, M, par, q, u):
-    """Whether one period of the velocity u and a stop are safe: every pair keeps its margin until rest, or parts.
+def unproved(J, C, L, K, T, X, W, N, I, count, M, par, q, u, every):
+    """How many pairs are not safe in one period of the velocity u and a stop: 0 if each keeps its margin until rest, or parts.
 
     In the direction n of a pair the ends of the two capsules move apart by at least g s - K s^2, for s along u: g = n . velocity,
     K half the bound of the second derivative. It parts if that never falls below 0, and rises during the whole period.
+    With `every`, N[:, 8] says by how much g falls short, m/s; without, the first decides. -1: a joint's limit.
     """
     reach, time = stopping(u, M, par[PERIOD])
     for c in range(u.shape[0]):
         end = q[c] + reach * u[c]
         if (u[c] > 0.0 and end > M[1, c] + 1e-9) or (u[c] < 0.0 and end < M[0, c] - 1e-9):
-            return False
+            return NONE
     twists(J, C, T, u, W)
     still = True
     for c in range(u.shape[0]):
         still = still and u[c] == 0.0
     if still:
-        return True
+        return ZERO
+    failed = ZERO
     for i in range(L.shape[0]):
         X[i, 7] = -1.0  # bounds of the motion of the capsule's ends, once they are asked for
     for p in range(count):
@@ -125,7 +128,8 @@ def proved(J, C, L, K, T, X, W, N, I, count, M, par, q, u):
         d, nx, ny, nz, speed = N[p, 0], N[p, 4], N[p, 5], N[p, 6], N[p, 7]
         margin = par[MARGIN] if j < 0 else par[OWN_MARGIN]
         k = L[i]
-        keeps, parts = True, True
+        keeps, parts, to_keep, to_part = True, True, 0.0, 0.0
+        N[p, 8] = 0.0
         x0, y0, z0 = N[p, 1], N[p, 2], N[p, 3]
         ends = 1 if X[i, 3] == 0.0 and X[i, 4] == 0.0 and X[i, 5] == 0.0 else 2
         if j < 0:
@@ -161,6 +165,12 @@ def proved(J, C, L, K, T, X, W, N, I, count, M, par, q, u):
                 least = d + more + min(0.0, (rises - bends * reach) * reach - speed * time)
                 keeps = keeps and least >= margin + 1e-11
                 parts = parts and rises >= bends * max(reach, 2.0 * par[PERIOD])
+                room = d + more - margin - 1e-11
+                to_keep = max(to_keep, (speed * time - room) / reach + bends * reach - rises if room >= 0.0 else np.inf)
+                to_part = max(to_part, bends * max(reach, 2.0 * par[PERIOD]) - rises)
         if not (keeps or parts):
-            return False
-    return True
+            N[p, 8] = max(min(to_keep, to_part), 1e-6)
+            failed += 1
+            if not every:
+                break
+    return failed

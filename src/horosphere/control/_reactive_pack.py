@@ -110,5 +110,5 @@ def workspace(arm: Arm, solids: int, n: int) -> tuple[tuple[Floats, ...], Intege
     m, frames = len(arm.L), len(arm.J)
     pairs = min(m * solids + len(arm.P), 8192)
     rows = min(frames * solids + len(arm.G), 256)
-    shapes = ((frames, 12), (m, 9), (frames, 6), (pairs, 8), (rows, n), (rows, 6), (12, 9), (6, n), (8, n), (rows, 3))
+    shapes = ((frames, 12), (m, 9), (frames, 6), (pairs, 9), (rows, n), (rows, 7), (12, 9), (6, n), (8, n), (rows, 3))
     return tuple(np.zeros(shape) for shape in shapes), np.zeros((pairs, 5), np.int64)
