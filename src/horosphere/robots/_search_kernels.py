@@ -8,13 +8,11 @@ table that the caller fills, read in turn: `at` is where it stands.
 from __future__ import annotations
 
 import math
-from functools import partial
 
 import numpy as np
 
-from ..kernels import jit
+from ..kernels import inner, jit
 
-inner = partial(jit, _nrt=False, no_cpython_wrapper=True, no_cfunc_wrapper=True)
 OUTSIDE = -1e3
 STARTS = 12
 

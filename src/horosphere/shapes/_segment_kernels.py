@@ -3,14 +3,10 @@
 from __future__ import annotations
 
 import math
-from functools import partial
 
 import numpy as np
 
-from ..kernels import jit
-
-# called from compiled code alone, and nothing is allocated: compiles sooner
-inner = partial(jit, _nrt=False, part=True)
+from ..kernels import inner
 
 
 @inner

@@ -17,8 +17,8 @@ from functools import partial
 
 import numpy as np
 
-from ..kernels import jit
-from ._segment_kernels import clamp, closest_parameters, inner, unit_normal_to
+from ..kernels import inner, jit
+from ._segment_kernels import clamp, closest_parameters, unit_normal_to
 from ._winding_kernels import winds_round
 
 # as `inner`, with arrays of its own; said aloud, since numba hands down the flag of the caller

@@ -6,8 +6,7 @@ import math
 
 import numpy as np
 
-from ..kernels import jit
-from ._segment_kernels import inner
+from ..kernels import inner, jit
 
 RAYS = np.array(
     [[0.48, 0.36, 0.8], [-0.64, 0.6, 0.48], [0.36, -0.8, -0.48], [-0.28, -0.576, 0.768], [0.6, 0.64, -0.48]]
