@@ -139,6 +139,66 @@ def test_arm_problems(tmp_path, old, new, place, words):
     assert any(line.startswith(f"{place}: ") and re.search(words, line) for line in found), found
 
 
+def test_a_misspelt_type_hides_nothing_else(tmp_path):
+    text = """\
+horosphere/scene: 1
+robot: {type: pont, raduis: 3}
+start: {position: [0, 0]}
+goal: {position: [0, zero]}
+obstacles:
+  - {type: spher, center: [5, five], radius: -1}
+  - {type: shpere, center: [5, 5], raduis: 1}
+  - {type: [sphere], center: [5, 5], radius: 1}
+  - {type: wombat, center: 5}
+  - {type: sphere, center: [1, 1], name: a}
+  - {type: sphere, center: [1, 1], radius: 1, name: b}
+  - {type: sphere, center: [2, 2], radius: 1, name: b}
+options: {clearence: 3}
+"""
+    expected = [
+        "2:15: robot.type: unknown robot type 'pont'",
+        "2:21: robot.raduis: unknown field 'raduis'",
+        "4:22: goal.position[1]: expected a number, got 'zero'",
+        "6:12: obstacles[0].type: unknown obstacle type 'spher'",
+        "6:31: obstacles[0].center[1]: expected a number, got 'five'",
+        "6:46: obstacles[0].radius: expected a number > 0, got -1",
+        "7:5: obstacles[1]: missing field 'radius'",
+        "7:12: obstacles[1].type: unknown obstacle type 'shpere'",
+        "7:36: obstacles[1].raduis: unknown field 'raduis'",
+        "8:12: obstacles[2].type: unknown obstacle type ['sphere']",
+        "9:12: obstacles[3].type: unknown obstacle type 'wombat'",
+        "10:5: obstacles[4]: missing field 'radius'",
+        "12:53: obstacles[6].name: obstacle 5 is named 'b' already",
+        "13:11: options.clearence: unknown field 'clearence'",
+    ]
+    found = problems(tmp_path, text)
+    assert len(found) == len(expected)
+    assert all(one.startswith(start) for one, start in zip(found, expected)), found
+
+
+def test_what_does_not_need_the_robot_is_told_without_it(tmp_path):
+    text = """\
+horosphere/scene: 1
+robot: {mechanism: srs_amr, dbs: 0.1, dse: -1, dew: 0.3, dwf: 0.1}
+start: {joints: [0, 0, 0, 0, 0, 0, 0]}
+goal: {plane: {normal: [0, 0, 1], distance: 0.2}}
+obstacles:
+  - {type: sphere, center: [5, 5], radius: 1, name: a}
+allowed_obstacles: [[hand, a], [a, b, c]]
+workspace: {center: [0, 0], radius: 1}
+"""
+    expected = [
+        "2:20: robot.mechanism: unknown robot mechanism 'srs_amr'",
+        "2:44: robot.dse: expected a number > 0, got -1",
+        "6:5: obstacles[0]: a ball of dimension 2 in a scene of dimension 3",
+        "7:32: allowed_obstacles[1]: expected two names",
+        "8:21: workspace.center: expected 3 numbers, got 2",
+    ]
+    found = problems(tmp_path, text)
+    assert len(found) == len(expected)
+    assert all(one.startswith(start) for one, start in zip(found, expected)), found
+
+
 def test_obstacle_names_are_told_apart(tmp_path):
     ball = "  - {type: sphere, name: a, center: [5, 5, 5], radius: 1}\n"
     (line,) = problems(tmp_path, GOOD.split("obstacles:")[0] + "obstacles:\n" + 2 * ball)

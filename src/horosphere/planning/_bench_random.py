@@ -19,7 +19,9 @@ ROBOTS = ("panda", "ur5", "iiwa14", "nao-left-arm", "humanoid-arm", "srs-arm", "
 LINK_RADIUS = 1 / 25
 """Radius of the links of a robot that comes without bodies, as a share of how far it reaches."""
 SOLIDS, TRIALS, WAYS = 12, 200, 100
-"""Obstacles of a problem, how many are tried for them, and how many ways."""
+"""Obstacles of a problem, how many are tried for them, and how many ways between any configurations; then ever shorter ones."""
+SHORTEST = 0.1
+"""Share of a way between any configurations that is tried last: wide ranges leave few long ways free."""
 ROOM = 1 / 50
 """The known way keeps so much more (share of the reach) than the clearance that is asked for."""
 PER_RADIAN = 8.0
@@ -59,18 +61,20 @@ def region(robot: Robot) -> tuple[Floats, Floats]:
 def random_problem(robot: Robot, seed: int, clearance: float = 0.01) -> tuple[Floats, Floats, tuple[Shape, ...]]:
     """(start (n,), goal (n,), obstacles): solvable, since a way over a via point is kept free, and not in a straight line.
 
-    The way, straight in joint space from the start to a random configuration and on to the goal, keeps at least `clearance`
-    and 1/50 of the robot's size from everything in 8 configurations a radian; an obstacle stands in the straight motion from
-    start to goal, unless links touch each other on it. Plain numpy only; the same seed gives the same problem. Raises
-    InputError if no such way is found.
+    The way, straight in joint space from the start to a random configuration and on to the goal, keeps at least `clearance` and
+    1/50 of the robot's size from everything in 8 configurations a radian; it is shorter where no long one is free of contact between
+    links. An obstacle stands in the straight motion from start to goal, unless links touch each other on it. Plain numpy only;
+    the same seed gives the same problem. Raises InputError if no such way is found.
     """
     rng = np.random.default_rng([seed, robot.n_joints])
     low, high = region(robot)
     reach = size(robot)
-    for _ in range(WAYS):
+    for k in range(round(WAYS / SHORTEST)):
+        share = min(WAYS / (k + 1), 1.0)
         way = rng.uniform(low, high, (3, robot.n_joints))
+        way = way[0] + share * (way - way[0])
         path, direct = densely(way, PER_RADIAN), densely(way[[0, -1]], PER_RADIAN)
-        if clearances(robot, path, ())[1].min() < 2e-3 * reach:
+        if any(clearances(robot, q, ())[1].min() < share * 2e-3 * reach for q in (way, path)):
             continue
         blocked = clearances(robot, direct, ())[1].min() <= 0.0
         kept, barred = _Balls(robot, path), _Balls(robot, direct)
@@ -85,7 +89,11 @@ def random_problem(robot: Robot, seed: int, clearance: float = 0.01) -> tuple[Fl
                 obstacles.append(solid)
         if obstacles:
             return way[0], way[-1], tuple(obstacles)
-    raise InputError("no random motion is free of contact between the robot's own links", place=robot.name)
+    raise InputError(
+        "no random motion is free of contact between the robot's own links",
+        place=robot.name,
+        remedy="its notes name the links whose bodies often overlap: an SRDF, a smaller tolerance or a capsule file helps",
+    )
 
 
 class _Balls:

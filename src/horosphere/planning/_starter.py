@@ -14,9 +14,10 @@ from ..scenes import JointTarget, Options, Scene
 from ..scenes._scene import Origin
 from ..shapes import Box
 from ._plan import plan
+from ._sampled import clearances
 
 Floats = NDArray[np.float64]
-_TRIES = 30
+_TRIES, _DRAWS = 30, 1000  # plans at most, and pairs of postures that are drawn for them
 _ROOM = 0.05  # metres between the table and the lowest body at start and goal
 
 
@@ -33,8 +34,11 @@ def starter_scene(robot: Robot, written: Any, seed: int = 0, name: str = "first"
     rng = np.random.default_rng(seed)
     lower, upper = (np.asarray(np.clip(x, -np.pi, np.pi), np.float64) for x in (robot.limits.lower, robot.limits.upper))
     quarter = 0.25 * (upper - lower)
-    for _ in range(_TRIES):
+    tried = 0
+    for _ in range(_DRAWS):
         q = np.round(rng.uniform(lower + quarter, upper - quarter, (2, robot.n_joints)), 3)
+        if clearances(robot, q, ())[1].min() <= 0.0:  # links touch
+            continue
         scene = Scene(
             robot, JointTarget(q[0]), JointTarget(q[1]), (_table(robot, q, moving),), name=name,
             description=f"A first scene for {robot.name}, made by `horosphere robot --scene`: change it to what you have.",
@@ -42,9 +46,13 @@ def starter_scene(robot: Robot, written: Any, seed: int = 0, name: str = "first"
         )  # fmt: skip
         if plan(scene, improvement_time=0.0, time_limit=2.0).solved:
             return scene
+        tried += 1
+        if tried == _TRIES:
+            break
+    found = f"no scene of {tried} could be planned" if tried else f"no two of {2 * _DRAWS} postures are free of contact"
     raise InputError(
-        f"no scene of {_TRIES} could be planned for robot {robot.name!r}",
-        remedy="look at its collision model with --view",
+        f"{found} for robot {robot.name!r}",
+        remedy="its notes name the links whose bodies often overlap; look at its collision model with --view",
     )
 
 

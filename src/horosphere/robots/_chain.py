@@ -162,7 +162,7 @@ def _ends(urdf: Urdf, base: str, leaves: list[str]) -> str:
 
 def _is_tool(link: str) -> bool:
     """Whether the name of a link says tool, hand or wrist, and not finger or camera."""
-    words = set(re.findall(r"[a-z]+", re.sub(r"(?<=[a-z])(?=[A-Z])", "_", link).lower()))
+    words = set(re.findall(r"[a-z]+", re.sub(r"(?<=[a-z])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])", "_", link).lower()))
     return bool(words & _TOOLS) and not words & _PARTS
 
 

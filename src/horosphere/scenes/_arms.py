@@ -13,12 +13,21 @@ from ..errors import InputError
 from . import _schema as s
 from ._bodies import PointRobot, SnakeRobot, UnicycleRobot
 from ._files import resolve
-from ._problems import Reader
+from ._problems import Reader, likely
 from ._yaml import Loc
 
 KEYS = ("name", "urdf", "file", "mechanism", "type")
 STAND_INS = {"point": PointRobot(), "ball": PointRobot(), "unicycle": UnicycleRobot(), "snake": SnakeRobot()}
-"""By type: what the start and goal are read for where the robot itself cannot be read."""
+
+
+def stand_in(data: Any) -> tuple[Any, int | None]:
+    """What start and goal are read for where the robot itself cannot be read (None: any arm), and the dimension of its space where
+    that is known."""
+    if isinstance(data, dict) and "type" in data:
+        found = STAND_INS.get(likely(data["type"], s.BODIES) or "")
+        return found, 2 if isinstance(found, (UnicycleRobot, SnakeRobot)) else None
+    known = isinstance(data, str) or (isinstance(data, dict) and any(key in data for key in KEYS))
+    return None, 3 if known else None
 
 
 def read_robot(reader: Reader, data: Any, start: Any, folder: Path) -> tuple[Any, Any]:
@@ -38,8 +47,11 @@ def read_robot(reader: Reader, data: Any, start: Any, folder: Path) -> tuple[Any
     if "type" in data or "mechanism" in data:
         key = "type" if "type" in data else "mechanism"
         models = s.BODIES if key == "type" else s.MECHANISMS
-        if data[key] not in models:
+        if not isinstance(data[key], str) or data[key] not in models:
             reader.unknown((*loc, key), f"robot {key}", data[key], models)
+            meant = likely(data[key], models)
+            if meant is not None:
+                reader.look(models[meant], data, loc)
             return None, None
         section = reader.section(models[data[key]], data, loc)
     else:

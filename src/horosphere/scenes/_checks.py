@@ -51,40 +51,50 @@ def dimension_of(obstacle: Any) -> int:
 
 
 def problems(
-    robot: Any, start: Any, goal: Any, obstacles: tuple[Any, ...], workspace: Workspace | None, field: FieldOptions
+    robot: Any,
+    start: Any,
+    goal: Any,
+    obstacles: tuple[Any, ...],
+    workspace: Workspace | None,
+    field: FieldOptions,
+    dimension: int | None = None,
 ) -> Iterator[Problem]:
-    """Everything that does not fit; parts that are None (not readable) are left out."""
-    dimension = robot.dimension if isinstance(robot, PointRobot) else 2 if len(kinds(robot)) == 1 else 3
-    for name, target in (("start", start), ("goal", goal)):
-        if target is None:
-            continue
-        allowed = tuple(k for k in kinds(robot) if name == "goal" or k not in (LineTarget, PlaneTarget))
-        if not isinstance(target, allowed):
-            what = _WRITTEN.get(type(target), type(target).__name__)
-            choices = [_WRITTEN[k] for k in allowed]
-            yield Problem((name,), f"{what} is no {name} for the robot {robot.name!r}", None, tuple(choices))
-        elif isinstance(target, PositionTarget) and len(target.position) != dimension:
-            yield Problem((name, "position"), f"expected {dimension} numbers, got {len(target.position)}")
-        elif isinstance(target, JointTarget):
-            yield from _joints(robot, target.q, name)
-        elif isinstance(target, PostureTarget) and len(target.q) != robot.links + 2:
-            yield Problem((name, "joints"), f"expected {robot.links - 1} angles, got {len(target.q) - 3}")
+    """All that does not fit; parts that are None (not readable) are left out. `dimension`: of the space, where there is no robot."""
+    if robot is not None:
+        dimension = robot.dimension if isinstance(robot, PointRobot) else 2 if len(kinds(robot)) == 1 else 3
+        for name, target in (("start", start), ("goal", goal)):
+            if target is not None:
+                yield from _target(robot, target, name, dimension)
     seen: dict[str, int] = {}
     for i, obstacle in enumerate(obstacles):
         if obstacle is None:
             continue
-        if dimension_of(obstacle) != dimension:
+        if dimension not in (None, dimension_of(obstacle)):
             what = f"a {kind_of(obstacle)} of dimension {dimension_of(obstacle)}"
             yield Problem(("obstacles", i), f"{what} in a scene of dimension {dimension}")
         label = getattr(obstacle, "name", "")
         if label and seen.setdefault(label, i) != i:
             yield Problem(("obstacles", i, "name"), f"obstacle {seen[label]} is named {label!r} already")
-    if workspace is not None and len(workspace.center) != dimension:
+    if workspace is not None and dimension not in (None, len(workspace.center)):
         yield Problem(("workspace", "center"), f"expected {dimension} numbers, got {len(workspace.center)}")
     if isinstance(field.exponents, tuple) and len(field.exponents) != len(obstacles):
         yield Problem(
             ("field", "exponents"), f"expected one number per obstacle ({len(obstacles)}), got {len(field.exponents)}"
         )
+
+
+def _target(robot: Any, target: Any, name: str, dimension: int) -> Iterator[Problem]:
+    allowed = tuple(k for k in kinds(robot) if name == "goal" or k not in (LineTarget, PlaneTarget))
+    if not isinstance(target, allowed):
+        what = _WRITTEN.get(type(target), type(target).__name__)
+        choices = [_WRITTEN[k] for k in allowed]
+        yield Problem((name,), f"{what} is no {name} for the robot {robot.name!r}", None, tuple(choices))
+    elif isinstance(target, PositionTarget) and len(target.position) != dimension:
+        yield Problem((name, "position"), f"expected {dimension} numbers, got {len(target.position)}")
+    elif isinstance(target, JointTarget):
+        yield from _joints(robot, target.q, name)
+    elif isinstance(target, PostureTarget) and len(target.q) != robot.links + 2:
+        yield Problem((name, "joints"), f"expected {robot.links - 1} angles, got {len(target.q) - 3}")
 
 
 def _joints(robot: Any, q: np.ndarray, name: str) -> Iterator[Problem]:

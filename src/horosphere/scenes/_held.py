@@ -35,10 +35,9 @@ def read_held(reader: Reader, data: Any, robot: Any, folder: Path) -> tuple[Any,
         own = reader.section(s.Held, {key: item[key] for key in s.HELD if key in item}, loc)
         try:
             shape = read_obstacle(reader, {k: v for k, v in item.items() if k not in s.HELD}, loc, folder, s.HELD)
-            if len(reader.problems) > before or own is None or robot is None:
-                continue
-            if own.link is not None and own.link not in robot.link_names:
+            if own is not None and robot is not None and own.link is not None and own.link not in robot.link_names:
                 reader.unknown((*loc, "link"), "link", own.link, robot.link_names)
+            if len(reader.problems) > before or own is None or robot is None:
                 continue
             name = item.get("name") or f"attached {i + 1}"
             robot = robot.with_attached([shape], link=own.link, name=name, allowed=own.allowed)
@@ -61,9 +60,7 @@ def read_allowed(
         return robot, ()
     else:
         pairs = data
-    if robot is None:
-        return robot, ()
-    if not isinstance(robot, Robot):
+    if robot is not None and not isinstance(robot, Robot):
         if pairs:
             reader.fail(("allowed_obstacles",), f"the robot {robot.name!r} has no links")
         return robot, ()
@@ -73,12 +70,16 @@ def read_allowed(
         loc: Loc = ("allowed_obstacles", i)
         if not isinstance(pair, list) or len(pair) != 2 or not all(isinstance(x, str) for x in pair):
             reader.fail(loc, "expected two names: [link or attached object, obstacle]")
+        elif robot is None:
+            continue
         elif pair[0] not in robot.link_names:
             reader.unknown((*loc, 0), "link or attached object", pair[0], robot.link_names)
         elif pair[1] not in named and pair[1] not in robot.link_names and None not in obstacles:
             reader.unknown((*loc, 1), "obstacle", pair[1], named)
         else:
             good.append((pair[0], pair[1]))
+    if robot is None:
+        return robot, ()
     for _, name in robot.allowed_obstacles:  # those of attached objects and robot files
         if name not in named and None not in obstacles:
             where = _written(reader.document.data, name)

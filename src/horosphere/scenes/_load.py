@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..errors import InputError
 from . import _schema as s
-from ._arms import STAND_INS, read_robot
+from ._arms import read_robot, stand_in
 from ._bodies import Workspace
 from ._checks import problems
 from ._held import read_allowed, read_held
@@ -88,8 +88,7 @@ def _own_scene(file: Path, document: Document) -> Scene:
     robot, robot_spec = (None, None)
     if "robot" in data:
         robot, robot_spec = read_robot(reader, data["robot"], data.get("start"), folder)
-    written = data.get("robot")
-    target_robot = STAND_INS.get(str(written.get("type"))) if robot is None and isinstance(written, dict) else robot
+    target_robot, dimension = (robot, None) if robot is not None else stand_in(data.get("robot"))
     targets = {
         name: read_target(reader, data[name], (name,), target_robot) if name in data else None
         for name in ("start", "goal")
@@ -102,9 +101,8 @@ def _own_scene(file: Path, document: Document) -> Scene:
     control = _options(reader, ControlOptions, s.ControlFields, data.get("control"), "control")
     wall = data.get("workspace") and reader.section(s.WorkspaceFields, data["workspace"], ("workspace",))
     workspace = Workspace(wall.center, wall.radius) if wall else None  # type: ignore[arg-type]
-    if robot is not None:
-        for problem in problems(robot, targets["start"], targets["goal"], tuple(obstacles), workspace, field):
-            reader.problems.append(_as_written(problem, data))
+    found = problems(robot, targets["start"], targets["goal"], tuple(obstacles), workspace, field, dimension)
+    reader.problems += [_as_written(problem, data) for problem in found]
     reader.finish()
     return Scene(
         robot=robot,  # type: ignore[arg-type]

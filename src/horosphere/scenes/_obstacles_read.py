@@ -12,7 +12,7 @@ from ..errors import InputError
 from . import _schema as s
 from ._bodies import Aerofoil, EllipsoidND, Star
 from ._files import read_cloud, read_mesh, resolve
-from ._problems import Reader
+from ._problems import Reader, likely
 from ._targets import quaternion_matrix, rpy_quaternion
 from ._targets_read import angle, half_space, rotation
 from ._yaml import Loc
@@ -47,8 +47,10 @@ def read_obstacle(reader: Reader, item: Any, loc: Loc, folder: Path, also: tuple
     kind = item.get("type")
     if kind is None:
         return reader.fail(loc, "missing field 'type'", choices=s.OBSTACLES)
-    if kind not in s.OBSTACLES:
-        return reader.unknown((*loc, "type"), "obstacle type", kind, s.OBSTACLES)
+    if not isinstance(kind, str) or kind not in s.OBSTACLES:
+        reader.unknown((*loc, "type"), "obstacle type", kind, s.OBSTACLES)
+        meant = likely(kind, s.OBSTACLES)
+        return None if meant is None else reader.look(s.OBSTACLES[meant], item, loc, also)
     section = reader.section(s.OBSTACLES[kind], item, loc, also)
     if section is None:
         return None

@@ -73,6 +73,13 @@ class Reader:
                 self.fail(loc, f"missing field {' or '.join(repr(name) for name in group)}")
         return result if len(self.problems) == before else None
 
+    def look(self, model: type[S], data: Any, loc: Loc, also: tuple[str, ...] = ()) -> None:
+        """Notes what is wrong with fields of which nothing can be made, but their `type` or `mechanism`, which is noted already."""
+        noted = {(*loc, "type"), (*loc, "mechanism")}
+        before = len(self.problems)
+        self.section(model, data, loc, also)
+        self.problems[before:] = [problem for problem in self.problems[before:] if problem.loc not in noted]
+
     def _finding(self, model: type[S], loc: Loc, item: Mapping[str, Any], also: tuple[str, ...]) -> None:
         inner = tuple(step for step in item["loc"] if not str(step).startswith("<"))  # <...>: a form, see _schema
         kind, value, limits = item["type"], item["input"], item.get("ctx", {})
@@ -114,6 +121,12 @@ def _named(problem: Problem) -> str:
 def _nearest(name: str, choices: tuple[str, ...]) -> str | None:
     near = get_close_matches(name, choices, n=2, cutoff=0.5)
     return f"did you mean {' or '.join(repr(n) for n in near)}?" if near else None
+
+
+def likely(name: object, choices: Iterable[str]) -> str | None:
+    """The choice that a name means if it is misspelt, None if that is in doubt; the name itself if it is one of them."""
+    near = get_close_matches(name, tuple(choices), n=1, cutoff=0.7) if isinstance(name, str) else []
+    return near[0] if near else None
 
 
 def _and(names: list[str]) -> str:

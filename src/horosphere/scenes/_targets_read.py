@@ -80,10 +80,8 @@ def _arm_target(reader: Reader, data: dict, loc: Loc, robot: Any) -> Target | No
         section = reader.section(s.OnLine, data, loc)
         return section and LineTarget(section.line.point, section.line.direction)  # type: ignore[arg-type]
     if "plane" in data:
-        if isinstance(data["plane"], dict):
-            reader.section(s.PlaneFields, data["plane"], (*loc, "plane"))
-            if reader.problems:
-                return None
+        if isinstance(data["plane"], dict) and reader.section(s.PlaneFields, data["plane"], (*loc, "plane")) is None:
+            return None
         section = reader.section(s.InPlane, data, loc)
         return section and PlaneTarget(*half_space(section.plane))
     if "plane_normal" in data:
