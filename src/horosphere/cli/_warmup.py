@@ -72,12 +72,13 @@ def _plan() -> None:
 
 
 def _live_loop() -> None:
+    import numpy as np
+
     from ..control import Reactive
     from ..kinematics import forward
-    from ..shapes import Ball
 
     robot, q = _at_ease(ARMS[0])
-    Reactive(robot, [Ball([0.6, 0.6, 0.6], 0.05)], goal=forward(robot, q)).step(q)
+    Reactive(robot, (np.array([[0.6, 0.6, 0.6]]), np.array([0.05])), goal=forward(robot, q)).step(q)
 
 
 def _free_arcs() -> None:
@@ -86,8 +87,8 @@ def _free_arcs() -> None:
     from ..kinematics import GripperOnPlane, forward, roomiest
     from ..shapes import Ball, Box, PointCloud
 
-    ball, box = Ball([2.0, 2.0, 2.0], 0.1), Box([2.0, 2.0, 2.0], [0.1, 0.1, 0.1])
-    cloud = PointCloud(2.0 + 0.01 * np.arange(300.0).reshape(100, 3), 0.01)
+    at, size = np.full(3, 2.0), np.full(3, 0.1)
+    ball, box, cloud = Ball(at, 0.1), Box(at, size), PointCloud(at + 0.01 * np.arange(100.0)[:, None], 0.01)
     kinds = ([ball], [box], [box, cloud])  # each a code of its own
     for name, some in ((ARMS[0], kinds), *((name, kinds[:1]) for name in ARMS[1:])):
         robot, q = _at_ease(name)
