@@ -114,6 +114,26 @@ def test_the_roomiest_posture_beats_dense_sampling(name):
     assert np.abs(turned(rows - best.q[:, 0])).max() < 1e-9  # .free is the psi of the row
 
 
+@pytest.mark.parametrize(
+    "last", [(2.0, 5.0), (-5.0, -2.0), (3.5, 5.0), (2.0, 9.0), (2.0, np.inf), (-np.inf, np.inf), (1.0, 1.0)]
+)
+def test_limits_of_joint_5_beyond_half_a_turn_or_of_one_angle(last):
+    robot, rng = limited("nao", arms.NAO), np.random.default_rng(10)
+    ends = [np.append(limit[:4], end) for limit, end in zip((robot.limits.lower, robot.limits.upper), last)]
+    robot = replace(robot, limits=replace(robot.limits, lower=ends[0], upper=ends[1]))
+    q = rng.uniform(*(np.clip(end, -6.0, 6.0) for end in ends), (60, 5))
+    p = tips(arms.NAO, q)
+    best = inverse(robot, Point.from_euclidean(p))
+    assert best.within_limits(robot).any(-1).all()  # the posture that made the point is inside
+    values = np.linspace(-np.pi, np.pi, 400)
+    for k in range(0, 60, 10):
+        psi = float(best.free[k, 3])
+        inside = inverse(robot, Point.from_euclidean(p[k]), psi=psi, q5=values).within_limits(robot)
+        for branch, arc in enumerate(limit_arcs(robot, Point.from_euclidean(p[k]), psi=psi)):
+            clear = away(values, arc)
+            assert (arc.contains(values) == inside[:, branch])[clear].all()
+
+
 def test_out_of_reach_is_a_value_with_the_nearest_point():
     robot, rng = arms.robot("nao", arms.NAO), np.random.default_rng(6)
     _, points, home = arms.pose_chain(arms.NAO)

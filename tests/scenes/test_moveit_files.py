@@ -48,6 +48,9 @@ URDF = (
     + "</robot>"
 )
 
+MESH = {"vertices": [[0, 0, 0], [1, 0, 0], [0, 1, 0]], "triangles": [[0, 1, 2.5]]}
+FAR = {**MESH, "triangles": [[0, 1, 9]]}
+
 
 @pytest.fixture
 def folder(tmp_path):
@@ -156,7 +159,18 @@ def test_frames(folder):
         ("request", "[0.2, -0.4]", "[0.2, -3.4]", "request0001.yaml: start", "joint 'nod' is -3.4, outside its limits"),
         ("request", "goal_constraints", "goals", "request0001.yaml", "the request has no goal"),
         ("request", "group_name: arm", "path_constraints: {joint_constraints: [{joint_name: nod}]}", "0001.yaml:2:", "on the way"),
-        ("request", "velocity_scaling_factor: 0.5", "velocity_scaling_factor: fast", "request0001.yaml:", "a number, got 'fast'"),
+        ("request", "velocity_scaling_factor: 0.5", "velocity_scaling_factor: fast", "request0001.yaml:", "number, got 'fast'"),
+        ("request", "position: 0.5", "position: []", "request0001.yaml:4:", "expected a finite number, got .."),
+        ("request", "name: [turn, nod]", "name: 2", "request0001.yaml:3:", "expected a list, got int"),
+        ("scene", "type: box", "type: [box]", "scene0001.yaml:6:", "unknown primitive .'box'.; valid: box"),
+        ("scene", "primitives: [{type: box, dimensions: [0.1, 2, 2]}], primitive_poses", f"meshes: {2 * [MESH]}, mesh_poses",
+         "scene0001.yaml:6:", "2 meshes but 1 mesh_poses"),
+        ("scene", "primitives: [{type: box, dimensions: [0.1, 2, 2]}], primitive_poses", f"meshes: {[MESH]}, mesh_poses",
+         "scene0001.yaml:6:", "expected three vertex numbers, got .0, 1, 2.5."),
+        ("scene", "primitives: [{type: box, dimensions: [0.1, 2, 2]}], primitive_poses", f"meshes: {[FAR]}, mesh_poses",
+         "scene0001.yaml:6:", "outside 0 .. 2"),
+        ("scene", "primitives: [{type: box, dimensions: [0.1, 2, 2]}], primitive_poses", "planes: [{coef: [0, 0, 0, 1]}], plane_poses",
+         "scene0001.yaml:6:", "zero vector"),
     ],
 )  # fmt: skip
 def test_what_is_wrong_is_named_with_place_and_remedy(folder, file, old, new, place, message):

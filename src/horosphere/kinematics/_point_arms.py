@@ -102,9 +102,8 @@ def point_inverse(
         point5(made.arm, made.limits, p, at, last, kept, made.slack, q, valid, np.empty_like(valid), gap, free)
         angle[0] = at[:, None]
     else:
-        low, high = np.maximum(made.limits[0, 4], -np.pi), np.minimum(made.limits[1, 4], np.pi)
         ranges = np.empty((count, 4))
-        for k, x, ends in ((0, at, (-np.pi, np.pi)), (2, last, (low, high) if low < high else (-np.pi, np.pi))):
+        for k, x, ends in ((0, at, (-np.pi, np.pi)), (2, last, last_range(*made.limits[:, 4]))):
             ranges[:, k], ranges[:, k + 1] = ends if x is None else (x, x)
         best_point5(made.arm, made.limits, p, ranges, _SAMPLES, kept, made.slack, q, valid, gap, free, angle)
     q = _with_idle(robot, made, q, None if seeds is None else kept)
@@ -123,6 +122,14 @@ def target_points(target: Point) -> Floats:
     if not np.isfinite(points).all():
         raise InputError("the target is not finite", place="target", remedy="give a point with finite coordinates")
     return points
+
+
+def last_range(lower: float, upper: float) -> tuple[float, float]:
+    """The angles of joint 5 to look at: what its limits leave, moved by turns so that the middle lies in [-pi, pi]; all at most."""
+    if not upper - lower < 2.0 * np.pi:
+        return -np.pi, np.pi
+    away = 2.0 * np.pi * np.round(0.25 * (lower + upper) / np.pi)
+    return float(lower - away), float(upper - away)
 
 
 def psi_of(made: PointArm, q: Floats) -> Floats:
@@ -162,7 +169,7 @@ def point_arcs(robot: Any, target: Point, psi: float | None = None, tolerance: f
             middle, half = np.arctan2(c2, c1), np.arctan2(np.sqrt((size - c0) * (size + c0)), -c0)
             found += [middle - half, middle + half]
     if psi is not None:
-        found += [m for m in made.limits[:, 4] if abs(m) < np.pi]
+        found += [m for m in made.limits[:, 4] if np.isfinite(m)]
     ends = np.unique(_wrapped(np.array(found)))
     ends = np.concatenate([[-np.pi], ends[ends > -np.pi]])
     middle = 0.5 * (ends[:-1] + ends[1:])

@@ -168,8 +168,9 @@ def point5(arm, limits, points, psi, last, seeds, slack, Q, valid, stands, gap, 
 def best_point5(arm, limits, points, ranges, samples, seeds, slack, Q, valid, gap, free, value):
     """For every branch of every target the psi and last angle, value (2, m, 4), that keep the joints farthest from their limits.
 
-    ranges (m, 4): low and high of psi, of the last angle; equal ends: given. For each psi the best last angle is searched, by
-    even samples and shrinking steps around the best; psi likewise, twice as densely, and 16 times where nothing is inside the limits.
+    ranges (m, 4): low and high of psi, of the last angle (in [-2 pi, 2 pi]); equal ends: given. For each psi the best last angle is
+    searched, by even samples and shrinking steps around the best; psi likewise, twice as densely, and 16 times where nothing is
+    inside the limits.
     """
     flat, psis, lasts = Q.reshape(-1), value[0].reshape(-1), value[1].reshape(-1)
     for i in range(points.shape[0]):
@@ -204,7 +205,7 @@ def best_point5(arm, limits, points, ranges, samples, seeds, slack, Q, valid, ga
                     else:
                         width5 *= 0.6 if (inner - rolls) % 2 == 0 else -1.0
                         here5 = lane_min(lane_max(best5 + width5, low5), high5)
-                    q, good, fits, loose, miss = point_rows(arm, limits, p, here, here5, kept, rolls > 1)
+                    q, good, fits, loose, miss = point_rows(arm, limits, p, here, _turned(here5), kept, rolls > 1)
                     good = lane_min(good, fits)
                     if final:
                         gap[i] = miss

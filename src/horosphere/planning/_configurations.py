@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from .. import kinematics
 from ..entities import Point
+from ..kinematics._point_arms import last_range
 from ..robots import Robot
 from ..scenes import GripperPlaneTarget, JointTarget, LineTarget, PlaneTarget, PoseTarget, PositionTarget, Scene
 from ._clearance import arm, margin, touch
@@ -169,7 +170,7 @@ def inverse_of_point(scene: Scene, point: Floats, rng: np.random.Generator) -> t
 def point_grid(robot: Robot) -> tuple[Floats, Floats]:
     """Values (m, 2) of psi and q5 to look at for a position alone, and their spacing (2,)."""
     turns, rolls = _POINT_SAMPLES
-    lower, upper = np.clip([robot.limits.lower[4], robot.limits.upper[4]], -np.pi, np.pi)
+    lower, upper = last_range(robot.limits.lower[4], robot.limits.upper[4])
     psi, last = np.linspace(-np.pi, np.pi, turns, endpoint=False), np.linspace(lower, upper, rolls)
     values = np.stack(np.meshgrid(psi, last, indexing="ij"), axis=-1).reshape(-1, 2)
     return values, np.array([2.0 * np.pi / turns, (upper - lower) / (rolls - 1)])

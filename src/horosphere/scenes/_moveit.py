@@ -193,10 +193,10 @@ def _joint_state(state: Node | None) -> dict[str, float]:
     joints = None if state is None else state.get("joint_state")
     if joints is None or joints.get("name") is None:
         return {}
-    names, positions = joints.need("name"), joints.need("position").numbers()
-    if len(names.value) != len(positions):
-        raise joints.error(f"{len(names.value)} names but {len(positions)} positions")
-    return {str(name): float(x) for name, x in zip(names.value, positions)}
+    names, positions = joints.items("name"), joints.need("position").numbers()
+    if len(names) != len(positions):
+        raise joints.error(f"{len(names)} names but {len(positions)} positions")
+    return {str(name.value): float(x) for name, x in zip(names, positions)}
 
 
 def _scale(request: Node | None, name: str) -> float:
@@ -204,9 +204,8 @@ def _scale(request: Node | None, name: str) -> float:
     node = None if request is None else request.get(name)
     if node is None:
         return 1.0
-    if isinstance(node.value, bool) or not isinstance(node.value, int | float):
-        raise node.error(f"expected a number, got {node.value!r}")
-    return float(node.value) if 0.0 < node.value <= 1.0 else 1.0
+    factor = node.number()
+    return factor if 0.0 < factor <= 1.0 else 1.0
 
 
 def _refuse_constraints(request: Node) -> None:
@@ -235,7 +234,7 @@ def _padding(scene: Node) -> list[str]:
 
 def _goal(constraints: Node, frames: Frames) -> tuple[dict[str, float] | PoseTarget, str]:
     joints = {
-        str(item.need("joint_name").value): float(item.need("position").value)
+        str(item.need("joint_name").value): item.need("position").number()
         for item in constraints.items("joint_constraints")
     }
     if joints:

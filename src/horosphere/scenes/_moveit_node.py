@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -60,6 +62,20 @@ class Node:
         if not isinstance(node.value, list):
             raise node.error(f"expected a list, got {type(node.value).__name__}")
         return [Node(self.document, (*node.loc, k), value) for k, value in enumerate(node.value)]
+
+    def number(self) -> float:
+        """A finite number."""
+        value = self.value
+        if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+            raise self.error(f"expected a finite number, got {value!r}")
+        return float(value)
+
+    def make(self, kind: Callable[..., Any], *arguments: Any, **fields: Any) -> Any:
+        """What a constructor makes of it; what it refuses is said at this place."""
+        try:
+            return kind(*arguments, **fields)
+        except InputError as error:
+            raise self.error(error.message, error.remedy, error.choices) from None
 
     def numbers(self, count: int | None = None, keys: tuple[str, ...] = ()) -> Floats:
         """A list of finite numbers, or fields x, y, z ..."""
