@@ -47,7 +47,7 @@ def read_obstacle(reader: Reader, item: Any, loc: Loc, folder: Path, also: tuple
     kind = item.get("type")
     if kind is None:
         return reader.fail(loc, "missing field 'type'", choices=s.OBSTACLES)
-    if kind not in s.OBSTACLES:
+    if not isinstance(kind, str) or kind not in s.OBSTACLES:
         return reader.unknown((*loc, "type"), "obstacle type", kind, s.OBSTACLES)
     section = reader.section(s.OBSTACLES[kind], item, loc, also)
     if section is None:
@@ -84,7 +84,7 @@ def _solid(o: Any) -> Any:
     if isinstance(o, s.HalfSpace):
         return _shape("HalfSpace", *half_space(o), name=o.name)
     if isinstance(o, s.Mesh):
-        return _mesh(o, np.array(o.vertices), np.array(o.faces, np.int64))
+        return _mesh(o, np.array(o.vertices), np.array(o.faces))
     return _cloud(o, np.array(o.points))
 
 
