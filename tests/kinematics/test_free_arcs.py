@@ -183,6 +183,13 @@ class Task:
         return np.concatenate([0.5 * (np.trace(Q) * np.eye(3) - Q) @ M[:3], M[3:]])
 
 
+def test_states_are_numbered_as_in_compiled_code():
+    from horosphere.kinematics import _arc_kernels, _free_arcs, _tube_kernels
+
+    for kernels, names in ((_tube_kernels, ("INSIDE", "OUTSIDE")), (_arc_kernels, ("FREE", "BLOCKED"))):
+        assert all(getattr(kernels, name) == getattr(_free_arcs, f"_{name}") for name in names)
+
+
 def limits_of(robot):
     return robot.limits.lower, robot.limits.upper
 

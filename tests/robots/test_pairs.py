@@ -4,10 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import trimesh
 
 from horosphere import distance, kinematics, robots
 from horosphere.errors import InputError
-from horosphere.robots import LinkPair
+from horosphere.robots import Limits, Link, LinkPair
+from horosphere.robots._apart import least_gap
+from horosphere.robots._kept import digest
 from horosphere.robots._pairs import ALWAYS, OFTEN, SAMPLES, _warnings
 
 from .mesh_arm import write_arm
@@ -212,3 +215,32 @@ def test_link_bounds_hold_the_bodies(name):
         ends = np.concatenate([caps.a[caps.link == k], caps.b[caps.link == k]])
         span = np.linalg.norm(ends[:, None] - ends, axis=2).max() / 2
         assert robot.link_bounds[k, 3] <= 1.16 * (span + caps.radius[caps.link == k].max())  # Jung: sqrt(4/3)
+
+
+@pytest.mark.parametrize("seed", range(60))
+def test_apart_in_every_posture_means_in_all_that_the_limits_allow(seed):
+    """Two boxes on a circle of one metre: they meet where the joint's angle is that of the box that stands, turns and all."""
+    rng = np.random.default_rng(seed)
+    multiplier, offset = rng.choice([1.0, -0.4, 2.0]), rng.uniform(-4.0, 4.0)
+    low = rng.uniform(-9.0, 6.0)
+    high = low + rng.uniform(0.2, 9.0)
+    middle, width = multiplier * 0.5 * (low + high) + offset, 0.5 * abs(multiplier) * (high - low)
+    where = middle + rng.choice([-1.0, 1.0]) * (rng.uniform(0.0, width) if seed % 2 else width + 0.5)
+    box = np.asarray(trimesh.creation.box((0.1, 0.1, 0.1)).triangles)
+    links = (
+        Link("base", -1, np.eye(8)[0]),
+        Link("arm", 0, np.eye(8)[0], "revolute", coordinate=0, multiplier=multiplier, offset=offset),
+    )
+    stands = box + [np.cos(where), np.sin(where), 0.0]
+    gap = least_gap(links, Limits([low], [high], [1.0], [1.0], [1.0]), (stands, box + [1.0, 0.0, 0.0]), (0, 1))
+    angles = np.linspace(middle - width, middle + width, 20_001)
+    apart = np.abs(np.remainder(angles - where + np.pi, 2.0 * np.pi) - np.pi).min()
+    assert (gap is None) if apart < 0.05 else apart < 0.3 or gap is not None
+
+
+def test_keys_tell_long_lists_of_long_arrays_apart():
+    first = np.random.default_rng(0).normal(size=(500, 3, 3))
+    second = first.copy()
+    second[250, 1, 1] += 1e-9
+    assert digest([first, "a"]) != digest([second, "a"]) and digest([first, "a"]) == digest([first.copy(), "a"])
+    assert digest([first], "a") != digest([first, "a"])

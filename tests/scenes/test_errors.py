@@ -241,6 +241,23 @@ def test_files_that_are_not_there(tmp_path):
         Scene.load(tmp_path / "binary.yaml")
 
 
+@pytest.mark.parametrize(
+    ("obstacle", "words"),
+    [
+        ("type: [mesh]", r"unknown obstacle type \['mesh'\]"),
+        (
+            "type: mesh, vertices: [[0, 0, 0], [1, 0, 0], [0, 1, 0]], faces: [[0, 1, 1000000000000000000000]]",
+            "integers",
+        ),
+    ],
+)
+def test_an_obstacle_that_is_none(tmp_path, obstacle, words):
+    text = "horosphere/scene: 1\nrobot: panda\nstart: {joints_deg: [0, -45, 0, -135, 0, 90, 45]}\n"
+    text += "goal: {position: [0.5, 0.3, 0.4], rpy_deg: [180, 0, 45]}\nobstacles:\n"
+    [line] = problems(tmp_path, f"{text}  - {{{obstacle}}}\n")
+    assert line.startswith("6:") and re.search(words, line), line
+
+
 def test_bad_files_of_obstacles(tmp_path):
     (tmp_path / "empty.csv").write_text("x,y,z\n")
     (tmp_path / "text.stl").write_text("no mesh at all")

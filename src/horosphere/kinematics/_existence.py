@@ -7,6 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..numeric import wrap_angle
+
 Floats = NDArray[np.float64]
 
 
@@ -144,7 +146,7 @@ def strict_candidates(arm: Floats, circle: Floats, across: Floats) -> Floats | N
 
 def sorted_ends(angles: Floats) -> Floats:
     """Sorted in [-pi, pi], both ends included, repeated ones once."""
-    x = np.pi - np.mod(np.pi - angles, 2.0 * np.pi)
+    x = wrap_angle(angles)
     x = np.sort(np.concatenate([[-np.pi], x, [np.pi]]))
     return x[np.concatenate([[True], np.diff(x) > 1e-13])]
 

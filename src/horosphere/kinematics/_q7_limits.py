@@ -24,10 +24,8 @@ from ._structured import _turns
 
 Floats = NDArray[np.float64]
 DEGREE = 8  # of the equation of q1, q2, q3 at a limit
-_SAMPLES, _SHIFTS = (
-    32,
-    5,
-)  # of t for its coefficients; sets of them to choose from, to stay away from zeros of the factor
+_SAMPLES = 32  # of t for its coefficients: more than twice the degree
+_SHIFTS = 5  # sets of them to choose from, to stay away from zeros of the factor
 
 
 def q7_limit_candidates(made: Any, motor: Floats) -> Floats:

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from ..distance import signed
 from ..errors import InputError
+from ..numeric import wrap_angle
 from ._arcs import Arcs
 from ._classify import classify
 from ._free_arcs import proved_arcs
@@ -74,7 +75,7 @@ def roomiest(
         better = rooms[best, pick] > top
         at, top = np.where(better, trial[best, pick], at), np.where(better, rooms[best, pick], top)
         width *= 0.5
-    at = np.pi - np.mod(np.pi - at, 2.0 * np.pi)
+    at = wrap_angle(at)
     given: dict[str, Any] = {one.parameter: at}
     found = inverse(robot, target, **given)
     q, free, first = found.q[pick, pick].copy(), top > 0.0, int(np.argmax(top))

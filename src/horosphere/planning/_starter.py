@@ -29,7 +29,9 @@ def starter_scene(robot: Robot, written: Any, seed: int = 0, name: str = "first"
     moving = ~robot.static_bodies
     if not moving.any():
         raise InputError(
-            f"robot {robot.name!r} has no collision body that moves", remedy="give a capsule file or a link radius"
+            f"robot {robot.name!r} has no collision body that moves",
+            place="robot",
+            remedy="give a capsule file or a link radius",
         )
     rng = np.random.default_rng(seed)
     lower, upper = (np.asarray(np.clip(x, -np.pi, np.pi), np.float64) for x in (robot.limits.lower, robot.limits.upper))
@@ -52,6 +54,7 @@ def starter_scene(robot: Robot, written: Any, seed: int = 0, name: str = "first"
     found = f"no scene of {tried} could be planned" if tried else f"no two of {2 * _DRAWS} postures are free of contact"
     raise InputError(
         f"{found} for robot {robot.name!r}",
+        place="robot",
         remedy="its notes name the links whose bodies often overlap; look at its collision model with --view",
     )
 

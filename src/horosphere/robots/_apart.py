@@ -89,8 +89,16 @@ class _Search:
         self.rows, self.forest = grow(_mesh(above))
         self.below, self.one = _mesh(below), above[:1, 0]
         self.q = np.clip(0.0, limits.lower, limits.upper)
-        self.low = np.clip(limits.lower[coordinates], -np.pi, np.pi)
-        self.high = np.clip(limits.upper[coordinates], self.low, self.low + 2.0 * np.pi)
+        self.low, self.high = np.transpose([self._range(c, limits.lower[c], limits.upper[c]) for c in coordinates])
+
+    def _range(self, coordinate: int, low: float, high: float) -> tuple[float, float]:
+        """What there is to look at: all that the limits allow, or one turn of the joint."""
+        moved = [self.links[k] for k in self.joints if self.links[k].coordinate == coordinate]
+        if len(moved) > 1 or moved[0].kind != "revolute":
+            return low, high
+        turn = 2.0 * np.pi / abs(moved[0].multiplier)
+        low = low if np.isfinite(low) else -0.5 * turn
+        return low, min(high, low + turn)
 
     def placed(self, values: Floats) -> tuple[Any, Floats]:
         """Frames of all links, and the points in the base frame."""
@@ -109,6 +117,8 @@ class _Search:
 
     def bound(self) -> float | None:
         """A lower bound of the gap; None if the surfaces meet, or there were too many boxes."""
+        if not np.isfinite(self.high - self.low).all():
+            return None
         boxes, gap, seen = [(0.5 * (self.low + self.high), 0.5 * (self.high - self.low))], SEEN, 0
         while boxes:
             middle, half = boxes.pop()

@@ -40,10 +40,12 @@ def find(what: str, key: str) -> Floats | None:
 
 
 def digest(*parts: object) -> str:
-    """A key of numbers, words and arrays."""
+    """A key of numbers, words, arrays, and lists of them."""
     found = hashlib.sha256()
     for part in parts:
-        if isinstance(part, np.ndarray):
+        if isinstance(part, list | tuple):
+            found.update(f"{len(part)}:{digest(*part)}".encode())
+        elif isinstance(part, np.ndarray):
             found.update(f"{part.shape}".encode() + np.ascontiguousarray(part).tobytes())
         else:
             found.update(part if isinstance(part, bytes) else f"{part!r};".encode())

@@ -86,7 +86,7 @@ def _solid(o: Any) -> Any:
     if isinstance(o, s.HalfSpace):
         return _shape("HalfSpace", *half_space(o), name=o.name)
     if isinstance(o, s.Mesh):
-        return _mesh(o, np.array(o.vertices), np.array(o.faces, np.int64))
+        return _mesh(o, np.array(o.vertices), np.array(o.faces))
     return _cloud(o, np.array(o.points))
 
 
