@@ -35,6 +35,14 @@ def test_a_set_is_run_and_tabled(shared_data, capsys, tmp_path):
     assert len(text) == 101 and sum("mm inside" in row for row in text) == 1
 
 
+def test_the_robot_that_is_taken_for_want_of_the_sets_own_is_named(shared_data, capsys, tmp_path):
+    (tmp_path / "set.tar.bz2").symlink_to(shared_data / "mbm_panda_problems.tar.bz2")
+    arguments = ["bench", "mbm", str(tmp_path / "set.tar.bz2"), "--repeats", "1", "--states-per-rad", "0"]
+    assert main([*arguments, "--only", "cage"]) == 1
+    said = capsys.readouterr().out
+    assert "no panda_spheres.urdf beside the set" in said and "more; --json or --out names all" in said
+
+
 def test_a_set_that_is_not_there(capsys, tmp_path):
     assert main(["bench", "mbm", str(tmp_path / "nothing.tar.bz2")]) == 2
     assert "nothing.tar.bz2" in capsys.readouterr().err

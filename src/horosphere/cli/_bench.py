@@ -152,7 +152,7 @@ def _report(what: str, run: Any, runs: Runs) -> int:
         named = [{"problem": problem, "reason": reason} for problem, reason in reasons]
         out.print_json({
             "robots": list(dict.fromkeys(row.robot for row in table.rows)), "states_per_rad": table.states_per_rad,
-            "solved_by": table.solvers(), "sets": lines, "not_solved": named,
+            "solved_by": table.solvers(), "sets": lines, "not_solved": named, "notes": table.notes,
         })  # fmt: skip
         return out.DONE if solved else out.FAILED
     from rich.table import Table
@@ -180,5 +180,7 @@ def _report(what: str, run: Any, runs: Runs) -> int:
     rows += [("File", str(runs.out_file))] if runs.out_file is not None else []
     out.print_rows(rows)
     if reasons:
-        out.print_rows(reasons[:20], title="Not solved")
+        more = [("...", f"and {len(reasons) - 20} more; --json or --out names all")] if len(reasons) > 20 else []
+        out.print_rows([*reasons[:20], *more], title="Not solved")
+    out.print_notes(table.notes)
     return out.DONE if solved else out.FAILED

@@ -58,7 +58,7 @@ def bench_mbm(
     from ..scenes._moveit_files import read_moveit_set
 
     how = _checked(mode, clearance, repeats, states_per_rad, time_limit)
-    arm = _robot(robot, Path(path), tip)
+    arm, notes = _robot(robot, Path(path), tip)
     chosen = [(name, problem) for name, problem in read_moveit_set(path) if not only or name.startswith(only)]
     rows: list[BenchRow] = []
     for k, (name, problem) in enumerate(chosen):
@@ -73,7 +73,7 @@ def bench_mbm(
         if not rows:
             _warm(holding, start, problem.world, how)
         rows.append(_run(name, problem.name, holding, start, goals, problem.world, how))
-    return BenchTable(tuple(rows), states_per_rad)
+    return BenchTable(tuple(rows), states_per_rad, notes)
 
 
 def bench_random(
@@ -176,12 +176,16 @@ def _parts(result: TreeResult) -> dict[str, float]:
     }  # fmt: skip
 
 
-def _robot(robot: Robot | str | Path | None, path: Path, tip: str | None) -> Robot:
+def _robot(robot: Robot | str | Path | None, path: Path, tip: str | None) -> tuple[Robot, tuple[str, ...]]:
+    """The robot, and what to know of it."""
     from ..robots import load
 
     if isinstance(robot, Robot):
-        return robot
+        return robot, ()
+    if robot is not None:
+        return load(robot, tip=tip), ()
     beside = (path if path.is_dir() else path.parent) / "panda_spheres.urdf"
-    if robot is None and beside.is_file():
-        return load(beside, tip=tip or "panda_hand")
-    return load("panda" if robot is None else robot, tip=tip)
+    if beside.is_file():
+        return load(beside, tip=tip or "panda_hand"), ()
+    note = f"no {beside.name} beside the set: planned for the built-in Panda, whose capsules touch obstacles in many of the goals"
+    return load("panda", tip=tip), (f"{note}; --robot FILE takes another robot",)

@@ -60,10 +60,11 @@ class BenchRow:
 
 @dataclass(frozen=True, slots=True)
 class BenchTable:
-    """All rows of a run; paths were looked at in `states_per_rad` configurations per radian (0: not)."""
+    """All rows of a run; paths were looked at in `states_per_rad` configurations per radian (0: not). `notes`: what to know."""
 
     rows: tuple[BenchRow, ...]
     states_per_rad: float = 0.0
+    notes: tuple[str, ...] = ()
 
     def summary(self) -> list[dict[str, Any]]:
         """A line a set, and one for all: counts, length (median, rad), and (median, mean, p95) in microseconds of PARTS."""
