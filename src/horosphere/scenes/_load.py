@@ -117,6 +117,7 @@ def _own_scene(file: Path, document: Document) -> Scene:
         description=str(data.get("description") or "").strip(),
         source=str(file.resolve()),
         origin=Origin(robot_spec, tuple(specs), held, allowed),
+        notes=tuple(reader.notes),
     )
 
 
