@@ -11,12 +11,9 @@ import numpy as np
 from .errors import InputError
 
 _REMEDY = "the file was cut off or is damaged: copy or export it again"
-_CODES = dict(
-    zip(
-        "char uchar short ushort int uint float double int8 uint8 int16 uint16 int32 uint32 float32 float64".split(),
-        "i1 u1 i2 u2 i4 u4 f4 f8 i1 u1 i2 u2 i4 u4 f4 f8".split(),
-    )
-)
+_KINDS = ("char", "uchar", "short", "ushort", "int", "uint", "float", "double")
+_BITS = ("int8", "uint8", "int16", "uint16", "int32", "uint32", "float32", "float64")
+_CODES = dict(zip((*_KINDS, *_BITS), 2 * ("i1", "u1", "i2", "u2", "i4", "u4", "f4", "f8")))
 _SIZES = {name: int(code[1]) for name, code in _CODES.items()}
 _PLURALS = {"vertex": "vertices", "face": "faces"}
 
