@@ -136,3 +136,53 @@ def test_a_corrupt_archive(tmp_path, capsys):
     assert main(["bench", "mbm", str(path)]) == 2
     said = capsys.readouterr().err.replace("\n", " ")
     assert "not a readable archive" in said and "valid: .tar" in said
+
+
+XACRO = '<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">{}</robot>'
+LEFT_OUT = {
+    "macro": ("arm.urdf.xacro", '<xacro:arg name="side"/>\n<xacro:arm/>', "arm.urdf.xacro:1", "<xacro:arg>",
+              "xacro arm.urdf.xacro side:=... > arm.urdf"),
+    "renamed": ("arm.urdf", CHAIN + "<xacro:gripper/>", "arm.urdf:1", "<xacro:gripper>", "xacro arm.urdf > arm-expanded.urdf"),
+    "ending": ("arm.xacro", "", "arm.xacro:1", "without links", "xacro arm.xacro > arm.urdf"),
+    "values": ("arm.urdf", CHAIN.replace('name="a"', 'name="${p}a"'), "arm.urdf:1", "first <link>", "expand it"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", LEFT_OUT)
+def test_xacro_must_be_expanded(name, tmp_path, monkeypatch, capsys):
+    """In the command and in a scene; an expanded file that keeps the name space is a robot."""
+    file, body, *says = LEFT_OUT[name]
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / file).write_text(XACRO.format(body))
+    (tmp_path / "s.yaml").write_text(
+        f"horosphere/scene: 1\nrobot: {file}\nstart: {{joints: [0]}}\ngoal: {{joints: [1]}}\n"
+    )
+    for command in (["robot", file], ["plan", "s.yaml"]):
+        assert main(command) == 2
+        said = capsys.readouterr().err.replace("\n", " ")
+        assert all(text in said for text in says) and said.count("error:") == 1, said
+    (tmp_path / "whole.urdf").write_text(XACRO.format(CHAIN + '<gazebo><a b="$(arg x)"/></gazebo>'))
+    assert main(["robot", "whole.urdf"]) == 0
+    capsys.readouterr()
+
+
+def test_what_is_no_file(tmp_path, monkeypatch, capsys):
+    """A folder (which URDFs are in it), a pipe, a name that is nothing."""
+    import os
+
+    monkeypatch.chdir(tmp_path)
+    os.mkfifo(tmp_path / "pipe")
+    (tmp_path / "empty").mkdir()
+    (tmp_path / "robots" / "arm").mkdir(parents=True)
+    for place in ("b.urdf", "arm/a.urdf", "arm/a.txt"):
+        (tmp_path / "robots" / place).write_text("")
+    for name, *says in (
+        ("robots", "a folder, not a file", "robots/b.urdf, robots/arm/a.urdf (name one of them)"),
+        ("empty", "a folder, not a file", "no URDF in it"),
+        ("pipe", "not a regular file"),
+        ("nothing.urdf", "no such file"),
+        ("no/thing", "no such file", "valid: humanoid-arm"),
+    ):
+        assert main(["robot", name]) == 2
+        said = capsys.readouterr().err.replace("\n", " ")
+        assert all(text in said for text in says), said

@@ -116,6 +116,16 @@ goal: {position: [0.3, 0, 0.3], plane_normal: [0, 1, 0]}
         ),
         (
             "[0, 0, 0, 0, 0]",
+            "[0, 80, 0, 0, 0]",
+            "3:17",
+            "'joint_2' is 80, .*as degrees all of them would fit: joints_deg",
+        ),
+        ("[0, 0, 0, 0, 0]", "[0, 4, 0, 0, 0]", "3:17", r"'joint_2' is 4, outside its limits \[[^(]*$"),
+        ("[0, 0, 0, 0, 0]", "[0, 400, 0, 0, 0]", "3:17", r"'joint_2' is 400, outside its limits \[[^(]*$"),
+        ("joints: [0, 0, 0, 0, 0]", "joints_deg: [0, 4000, 0, 0, 0]", "3:21", r"'joint_2' is 69.8132, [^(]*$"),
+        ("plane_normal: [0, 1, 0]", "rpy: [0, 0, 90]", "4:7", "rpy: 90 radians are more than a turn .*rpy_deg"),
+        (
+            "[0, 0, 0, 0, 0]",
             "{joint_1: 0, jont_2: 0}",
             "3:30",
             "unknown joint 'jont_2'; valid: .*did you mean 'joint_2'",
@@ -289,3 +299,27 @@ def test_scene_errors_pickle(tmp_path):
         Scene.load(file)
     again = pickle.loads(pickle.dumps(caught.value))
     assert str(again) == str(caught.value) and len(again.errors) == 2
+
+
+def test_degrees_taken_for_radians_are_told_once(tmp_path):
+    """Of several joints outside their limits the last says it; a joint that slides is no angle."""
+    text = "horosphere/scene: 1\nrobot: panda\nstart: {joints: [0, -45, 0, -135, 0, 90, 45]}\ngoal: {joints: [0, 0, 0, -2, 0, 2, 0]}\n"
+    found = problems(tmp_path, text)
+    assert len(found) == 4 and ["joints_deg" in line for line in found] == [False, False, False, True]
+    with pytest.raises(InputError, match=r"numpy\.radians in Python"):
+        Scene("humanoid-arm", [0, 80, 0, 0, 0], [0, 0, 0, 0, 0])
+    link = '<link name="{0}"/>'
+    joint = (
+        '<joint name="{0}" type="{1}"><parent link="{2}"/><child link="{3}"/><axis xyz="0 0 1"/>'
+        '<limit lower="0" upper="3" velocity="1" effort="1"/></joint>'
+    )
+    body = (
+        "".join(map(link.format, "abc"))
+        + joint.format("slide", "prismatic", "a", "b")
+        + joint.format("t", "revolute", "b", "c")
+    )
+    (tmp_path / "r.urdf").write_text(f'<robot name="r">{body}</robot>')
+    for start, hint in (("[2, 90]", True), ("[90, 1]", False), ("[90, 90]", False)):
+        text = f"horosphere/scene: 1\nrobot: r.urdf\nstart: {{joints: {start}}}\ngoal: {{joints: [0, 0]}}\n"
+        found = problems(tmp_path, text)
+        assert any("joints_deg" in line for line in found) == hint, found

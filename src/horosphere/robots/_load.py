@@ -18,7 +18,7 @@ from ._document import load_document, pack
 from ._robot import Robot
 from ._sidecar import joint_segments, read_capsules
 from ._srdf import Srdf, read_srdf
-from ._urdf import read_urdf
+from ._urdf import no_file, read_urdf
 
 CATALOGUE = Path(__file__).parent / "catalogue"
 _MADE: dict[str, Callable[[], Robot]] = {"humanoid-arm": _builtin.humanoid_arm, "srs-arm": _builtin.srs_arm}
@@ -72,15 +72,13 @@ def load(
         robot = _MADE[text]() if text in _MADE else load_document(CATALOGUE / f"{text}.yaml")
     elif path.suffix.lower() in (".yaml", ".yml"):
         if not path.is_file():
-            raise InputError("no such file", place=text)
+            raise no_file(path)
         robot = load_document(path)
     elif path.suffix.lower() in (".urdf", ".xml") or path.is_file():
         given = Given(base, tip, capsules, link_radius, locked or {}, srdf, group, progress)
         return _from_urdf(path, given, options)
-    elif path.suffix or "/" in text:
-        raise InputError(
-            "no such file", place=text, remedy="give a URDF, a robot YAML, or a built-in name", choices=names()
-        )
+    elif path.suffix or "/" in text or path.exists():
+        raise no_file(path, "give a URDF, a robot YAML, or a built-in name", names())
     else:
         raise unknown_name("robot", text, names())
     if base is not None or tip is not None or locked or srdf is not None or group is not None:

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from .._whole import require_whole
 from ..errors import InputError
 from ._bodies import Floats
 from ._kept import digest
@@ -31,8 +32,14 @@ def read_triangles(filename: str, scale: tuple[float, ...], urdf: Path) -> Float
     import trimesh
 
     try:
+        require_whole(path.read_bytes(), path.suffix)
         loaded = trimesh.load(str(path), force="mesh", process=False)
-        triangles = np.asarray(loaded.vertices, np.float64)[np.asarray(loaded.faces, np.int64)]  # type: ignore[union-attr]
+        faces = np.asarray(loaded.faces, np.int64)  # type: ignore[union-attr]
+        if faces.min(initial=0) < 0:
+            raise InputError("a face names a vertex below zero")
+        triangles = np.asarray(loaded.vertices, np.float64)[faces]  # type: ignore[union-attr]
+    except InputError as error:
+        raise InputError(f"mesh {filename} cannot be read: {error.message}", remedy=error.remedy) from None
     except Exception as error:  # a reader of any of a dozen formats may fail in any way
         if path.suffix.lower() == ".dae" and isinstance(error, ImportError | ValueError):
             error = type(error)(f"{error}; COLLADA files need the package pycollada")

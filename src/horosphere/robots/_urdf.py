@@ -6,6 +6,7 @@ refused.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -160,7 +161,7 @@ def _joint(element: Any) -> Joint:
 def parse_xml(path: Path, what: str = "a URDF") -> Any:
     """The root of an XML file, which must be <robot>."""
     if not path.is_file():
-        raise InputError("no such file", place=str(path))
+        raise no_file(path)
     from lxml import etree
 
     try:
@@ -180,7 +181,40 @@ def parse_xml(path: Path, what: str = "a URDF") -> Any:
             place=f"{path}:{root.sourceline}",
             remedy=REMEDY_XML,
         )
+    _refuse_xacro(root, path, ".urdf" if what == "a URDF" else ".srdf")
     return root
+
+
+def no_file(path: Path, remedy: str | None = None, choices: Iterable[str] | None = None) -> InputError:
+    """The error for a path that is no file: a folder (which URDFs are in it), a device, or nothing (`remedy`, `choices`)."""
+    if path.is_dir():
+        inside = [str(found) for pattern in ("*.urdf", "*/*.urdf") for found in sorted(path.glob(pattern))][:12]
+        remedy = "name one of them" if inside else "there is no URDF in it or in a folder of it; name a file"
+        return InputError("a folder, not a file", place=str(path), choices=inside or None, remedy=remedy)
+    if path.exists():
+        return InputError("not a regular file", place=str(path), remedy="name a file on the disk")
+    return InputError("no such file", place=str(path), remedy=remedy, choices=choices)
+
+
+def _refuse_xacro(root: Any, path: Path, ending: str) -> None:
+    """What is still to be expanded would be missing from the robot. Expanded files may keep the name space, but no elements of it."""
+    elements = [item for item in root.iter() if isinstance(item.tag, str)]
+    macros = [item for item in elements if item.tag.startswith("{") and "xacro" in item.tag.partition("}")[0]]
+    parts = [inner for item in root if item.tag in ("link", "joint") for inner in item.iter()]
+    open_ = [item for item in parts if any("${" in text or "$(" in text for text in item.attrib.values())]
+    named = any("xacro" in uri for uri in root.nsmap.values())
+    if not (macros or open_ or (named and root.find("link") is None and ending == ".urdf")):
+        return
+    first = min((*macros[:1], *open_[:1]), key=lambda item: item.sourceline, default=root)
+    tag = first.tag if first not in macros else f"xacro:{first.tag.partition('}')[2]}"
+    stem = path.name.removesuffix(".xacro").removesuffix(ending)
+    to = stem + ending if stem + ending != path.name else f"{stem}-expanded{ending}"
+    asked = [f"{m.get('name')}:=..." for m in macros if m.tag.endswith("}arg") and m.get("default") is None]
+    raise InputError(
+        f"xacro that is not expanded, first <{tag}>" if macros or open_ else "a xacro file without links",
+        place=f"{path}:{first.sourceline}",
+        remedy=f"expand it: {' '.join(['xacro', path.name, *asked])} > {to} (xacro comes with ROS, or pip install xacro)",
+    )
 
 
 # element, attributes that are numbers, how many each holds, attributes that must be there

@@ -35,7 +35,9 @@ def read_robot(reader: Reader, data: Any, start: Any, folder: Path) -> tuple[Any
     loc: Loc = ("robot",)
     if isinstance(data, str):
         ending = Path(data).suffix.lower()
-        data = {"urdf" if ending in (".urdf", ".xml") else "file" if ending in (".yaml", ".yml") else "name": data}
+        data = {
+            "urdf" if ending in (".urdf", ".xml", ".xacro") else "file" if ending in (".yaml", ".yml") else "name": data
+        }
     if not isinstance(data, dict):
         reader.fail(
             loc, f"expected the name of a robot, or fields with one of {', '.join(KEYS)}", choices=robots.names()

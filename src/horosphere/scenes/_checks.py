@@ -21,6 +21,7 @@ from ._targets import (
 )
 from ._yaml import Problem
 
+AS_DEGREES = "angles are radians; as degrees all of them would fit: joints_deg in a scene file, numpy.radians in Python"
 _ARM = (JointTarget, PositionTarget, GripperPlaneTarget, PoseTarget, LineTarget, PlaneTarget)
 _WRITTEN = {
     JointTarget: "joints",
@@ -103,8 +104,18 @@ def _joints(robot: Any, q: np.ndarray, name: str) -> Iterator[Problem]:
         yield Problem((name, "joints"), f"{robot.name!r} has {robot.n_joints} joints ({names}), got {len(q)} numbers")
         return
     lower, upper = robot.limits.lower, robot.limits.upper
-    for j in np.flatnonzero((q < lower - 1e-9) | (q > upper + 1e-9)):
+    outside = _outside(q, robot)
+    slides = [link.coordinate for link in robot.links if link.kind == "prismatic"]
+    turned = np.radians(q)
+    turned[slides] = q[slides]
+    degrees = np.abs(np.delete(q, slides)).max(initial=0.0) > 2.0 * np.pi and not len(_outside(turned, robot))
+    for j in outside:
         yield Problem(
             (name, "joints"),
             f"joint {robot.joint_names[j]!r} is {q[j]:.6g}, outside its limits [{lower[j]:.6g}, {upper[j]:.6g}]",
+            AS_DEGREES if degrees and j == outside[-1] else None,
         )
+
+
+def _outside(q: np.ndarray, robot: Any) -> np.ndarray:
+    return np.flatnonzero((q < robot.limits.lower - 1e-9) | (q > robot.limits.upper + 1e-9))

@@ -1,4 +1,4 @@
-"""Files that a scene names: where they are, and meshes and point clouds read from them."""
+"""Files that a scene names: where they are, and meshes read from them."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from .._whole import require_whole
 from ..errors import InputError
 
 MESHES = (".stl", ".obj", ".ply")
-CLOUDS = (".npy", ".npz", ".csv", ".xyz", ".ply")
 
 
 def resolve(name: str, folder: Path) -> Path:
@@ -39,7 +39,8 @@ def resolve(name: str, folder: Path) -> Path:
     return path
 
 
-def _suffix(path: Path, known: tuple[str, ...], what: str) -> str:
+def suffix_of(path: Path, known: tuple[str, ...], what: str) -> str:
+    """The ending of a file, one of `known`."""
     suffix = path.suffix.lower()
     if suffix not in known:
         raise InputError(f"{path.name!r}: no {what} is read from {suffix or 'a file without ending'!r}", choices=known)
@@ -47,62 +48,29 @@ def _suffix(path: Path, known: tuple[str, ...], what: str) -> str:
 
 
 def read_mesh(path: Path) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Vertices (v, 3) and triangles (f, 3) of an STL, OBJ or PLY file."""
+    """Vertices (v, 3) and triangles (f, 3) of an STL, OBJ or PLY file. Raises InputError if it cannot be read or is not whole."""
     import trimesh
 
-    _suffix(path, MESHES, "mesh")
+    suffix = suffix_of(path, MESHES, "mesh")
     try:
+        require_whole(path.read_bytes(), suffix)
         mesh = trimesh.load(path, force="mesh", process=False)  # processing drops what is not finite
         vertices, faces = np.asarray(mesh.vertices, np.float64), np.asarray(mesh.faces, np.int64)  # type: ignore[union-attr]
+    except InputError as error:
+        raise InputError(f"{path.name!r} cannot be read as a mesh: {error.message}", remedy=error.remedy) from None
     except Exception as error:
-        raise InputError(f"{path.name!r} cannot be read as a mesh: {error}") from None
+        remedy = "if its faces have different numbers of corners, triangulate it" if suffix == ".ply" else None
+        raise InputError(f"{path.name!r} cannot be read as a mesh: {error}", remedy=remedy) from None
     if not np.isfinite(vertices).all():
         raise InputError(
             f"{path.name!r}: vertex {int(np.argwhere(~np.isfinite(vertices))[0, 0])} is not finite", remedy="repair it"
         )
     if not len(faces):
-        raise InputError(f"{path.name!r} holds no triangles", remedy="expected an STL, OBJ or PLY file with faces")
+        raise InputError(
+            f"{path.name!r} holds no triangles", remedy="expected an STL, OBJ or PLY file with faces; was it cut off?"
+        )
+    if faces.min() < 0 or faces.max() >= len(vertices):
+        raise InputError(
+            f"{path.name!r}: a face names a vertex that is not one of the {len(vertices):,}", remedy="repair it"
+        )
     return vertices, faces
-
-
-def read_cloud(path: Path) -> NDArray[np.float64]:
-    """Points (m, 3) of an NPY, NPZ (array `points`, or the only one), CSV/XYZ text or PLY file."""
-    suffix = _suffix(path, CLOUDS, "point cloud")
-    try:
-        if suffix == ".npy":
-            points = np.load(path, allow_pickle=False)
-        elif suffix == ".npz":
-            with np.load(path, allow_pickle=False) as archive:
-                points = archive["points" if "points" in archive.files else archive.files[0]]
-        elif suffix == ".ply":
-            import trimesh
-
-            points = trimesh.load(path, process=False).vertices  # type: ignore[union-attr]
-        else:
-            points = _text(path)
-        points = np.asarray(points, dtype=np.float64)
-    except Exception as error:
-        raise InputError(f"{path.name!r} cannot be read as a point cloud: {error}") from None
-    if not points.size:
-        raise InputError(f"{path.name!r} holds no points", remedy="leave an empty cloud out")
-    if points.ndim != 2 or points.shape[1] < 3 or not len(points):
-        raise InputError(f"{path.name!r}: expected points (m, 3), got shape {points.shape}")
-    if not np.isfinite(points[:, :3]).all():
-        raise InputError(f"{path.name!r}: point {int(np.argwhere(~np.isfinite(points[:, :3]))[0, 0])} is not finite")
-    return points[:, :3]
-
-
-def _text(path: Path) -> NDArray[np.float64]:
-    lines = path.read_text(encoding="utf-8").replace(",", " ").replace(";", " ").splitlines()
-    rows = [line.split() for line in lines if line.strip() and not line.lstrip().startswith("#")]
-    if rows and not _is_number(rows[0][0]):
-        rows = rows[1:]  # a header
-    return np.array([[float(x) for x in row[:3]] for row in rows])
-
-
-def _is_number(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True

@@ -11,7 +11,7 @@ from ..errors import InputError
 from . import _schema as s
 from ._arms import read_robot, stand_in
 from ._bodies import Workspace
-from ._checks import problems
+from ._checks import AS_DEGREES, problems
 from ._held import read_allowed, read_held
 from ._library import locate
 from ._moveit_files import ProblemSet, from_document, is_archive, is_moveit, split
@@ -117,6 +117,7 @@ def _own_scene(file: Path, document: Document) -> Scene:
         description=str(data.get("description") or "").strip(),
         source=str(file.resolve()),
         origin=Origin(robot_spec, tuple(specs), held, allowed),
+        notes=tuple(reader.notes),
     )
 
 
@@ -142,7 +143,8 @@ def _as_written(problem: Any, data: dict) -> Any:
     if len(loc) == 2 and isinstance(data.get(loc[0]), dict) and loc[1] not in data[loc[0]]:
         other = f"{loc[1]}_deg"
         loc = (loc[0], other) if other in data[loc[0]] else loc[:1]
-    return dataclasses.replace(problem, loc=loc)
+    remedy = None if problem.remedy == AS_DEGREES and loc[-1] == "joints_deg" else problem.remedy
+    return dataclasses.replace(problem, loc=loc, remedy=remedy)
 
 
 def _options(reader: Reader, record: Any, model: Any, data: Any, key: str) -> Any:

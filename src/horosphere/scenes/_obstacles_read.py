@@ -11,7 +11,8 @@ import numpy as np
 from ..errors import InputError
 from . import _schema as s
 from ._bodies import Aerofoil, EllipsoidND, Star
-from ._files import read_cloud, read_mesh, resolve
+from ._clouds import read_cloud
+from ._files import read_mesh, resolve
 from ._problems import Reader, likely
 from ._targets import quaternion_matrix, rpy_quaternion
 from ._targets_read import angle, half_space, rotation
@@ -55,7 +56,9 @@ def read_obstacle(reader: Reader, item: Any, loc: Loc, folder: Path, also: tuple
     if section is None:
         return None
     if isinstance(section, s.Points) and section.file is not None:
-        return _cloud(section, read_cloud(resolve(section.file, folder)))
+        points, notes = read_cloud(resolve(section.file, folder))
+        reader.notes += notes
+        return _cloud(section, points)
     if isinstance(section, s.Mesh) and section.file is not None:
         vertices, faces = read_mesh(resolve(section.file, folder))
         return _mesh(section, vertices, faces)

@@ -29,11 +29,12 @@ class SceneError(InputError):
 
 
 class Reader:
-    """Validates the sections of one document and collects what is wrong."""
+    """Validates the sections of one document and collects what is wrong, and what one should know (`notes`)."""
 
     def __init__(self, document: Document) -> None:
         self.document = document
         self.problems = list(document.problems)
+        self.notes: list[str] = []
 
     def fail(
         self, loc: Loc, message: str, remedy: str | None = None, choices: Iterable[str] | None = None, at_key=False

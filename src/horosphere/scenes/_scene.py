@@ -35,7 +35,8 @@ class Scene:
     """A robot, its start and goal, obstacles and wishes; metres, radians, world frame = the robot's base frame.
 
     The constructor is kind: `robot` may be a name, `start` and `goal` an array (joints of an arm, or a position), a `Motor`
-    (pose) or a `Point`; `obstacles` is whatever `shapes.as_shapes` takes. Raises InputError naming the argument.
+    (pose) or a `Point`; `obstacles` is whatever `shapes.as_shapes` takes. `notes`: what the reader of a file did
+    that its user should know. Raises InputError naming the argument.
     """
 
     robot: Robot | PointRobot | UnicycleRobot | SnakeRobot
@@ -50,6 +51,7 @@ class Scene:
     description: str = ""
     source: str | None = None
     origin: Origin = dataclasses.field(default_factory=Origin, repr=False)
+    notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         if isinstance(self.robot, str):
@@ -86,6 +88,8 @@ class Scene:
         if "origin" not in changes:
             dropped = {name: None for name in ("robot", "obstacles") if name in changes}
             changes["origin"] = dataclasses.replace(self.origin, **dropped)
+        if "obstacles" in changes:
+            changes = {"notes": (), **changes}  # they are about files of the others
         return dataclasses.replace(self, **changes)
 
     @staticmethod

@@ -37,6 +37,10 @@ def rotation(section: Any) -> np.ndarray | None:
         return q / np.linalg.norm(q)
     if section.rpy_deg is not None:
         return rpy_quaternion(np.radians(section.rpy_deg))
+    if section.rpy is not None and max(map(abs, section.rpy)) > 2.0 * math.pi:
+        raise InputError(
+            f"rpy: {max(section.rpy, key=abs):g} radians are more than a turn", remedy="degrees are written as rpy_deg"
+        )
     return None if section.rpy is None else rpy_quaternion(section.rpy)
 
 

@@ -78,7 +78,7 @@ def summarise(
     if timings:
         rows.append(("Time spent", _spent(timings)))
     rows += [("Robot", _robot(scene)), ("Collision model", collision_model(scene)), ("Obstacles", _obstacles(scene))]
-    every = dict.fromkeys((*notes, *getattr(scene.robot, "notes", ())))  # in order, none twice
+    every = dict.fromkeys((*notes, *scene.notes, *getattr(scene.robot, "notes", ())))  # in order, none twice
     return Summary(good, _verdict(scene, certificate, solved, reason, good), tuple(rows), tuple(every))
 
 
