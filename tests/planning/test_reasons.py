@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import horosphere as hs
-from horosphere.planning._configurations import FREE_SAMPLES
+from horosphere.planning._free_angles import FINE_SAMPLES
 from horosphere.scenes import GripperPlaneTarget, PositionTarget
 
 BALL = hs.Sphere.from_center_radius([0.41, 0.07, -0.32], 0.06)
@@ -25,9 +25,9 @@ def test_a_goal_in_collision_in_every_branch():
     scene = humanoid(goal, [BALL])
     reason = hs.planning.plan(scene).reason
     count, depth = re.search(r"reaches ([\d.]+) mm into .*best of (\d+) postures", reason).group(2, 1)
-    assert f"every branch, with {FREE_SAMPLES} values of the free angle phi" in reason
+    assert f"every branch, with {FINE_SAMPLES} values of the free angle phi" in reason
     target = hs.kinematics.GripperOnPlane(goal.position, goal.normal)
-    phi = np.linspace(-np.pi, np.pi, FREE_SAMPLES, endpoint=False)
+    phi = np.linspace(-np.pi, np.pi, FINE_SAMPLES, endpoint=False)
     found = hs.kinematics.inverse(scene.robot, target, phi=phi)
     assert int(count) == found.within_limits(scene.robot).sum() and "postures within the limits" in reason
     best = hs.distance.signed(scene.robot, found.q[found.within_limits(scene.robot)], [BALL]).max()
@@ -36,7 +36,11 @@ def test_a_goal_in_collision_in_every_branch():
 
 def test_a_goal_that_a_search_looked_at():
     reason = hs.planning.plan(humanoid(PositionTarget([0.41, 0.07, -0.32]), [BALL])).reason
-    assert reason.startswith("goal in collision") and "that a numerical search found; others may exist" in reason
+    assert reason.startswith("goal in collision") and "drawn over orientations; others may exist" in reason
+    count, held = map(
+        int, re.search(r"best of (\d+) postures within the limits.* 'ball 0' in the way of (\d+)", reason).groups()
+    )
+    assert count > 10_000 and held > 500 and "move the goal or 'ball 0'" in reason
 
 
 def test_a_point_that_only_the_arm_itself_is_in_the_way_of():
@@ -66,9 +70,9 @@ def test_out_of_reach_by_the_least_over_the_free_joint():
     reason = hs.planning.plan(scene).reason
     said = float(re.search(r"out of reach by ([\d.]+) m", reason)[1])
     each = hs.kinematics.inverse(
-        panda, far, q7=np.linspace(*np.array([panda.limits.lower[6], panda.limits.upper[6]]), FREE_SAMPLES)
+        panda, far, q7=np.linspace(*np.array([panda.limits.lower[6], panda.limits.upper[6]]), FINE_SAMPLES)
     )
-    assert f"the nearest of {FREE_SAMPLES} values of the free angle" in reason and not each.valid.any()
+    assert f"the nearest of {FINE_SAMPLES} values of the free angle" in reason and not each.valid.any()
     texts = [float(m[1]) for m in (re.search(r"out of reach by ([\d.]+) m", str(r)) for r in each.reason) if m]
     assert said == min(texts)
 

@@ -42,7 +42,7 @@ def plan_arm(scene: Scene, progress: Progress) -> Plan:
     progress.notes.extend(motion_limits(arm(scene), scene.options)[2])
     with progress.part("start and goal"):
         starts = configurations(scene, "start")
-        goals = configurations(scene, "goal") if not starts.reason else starts
+        goals = configurations(scene, "goal", starts.q[0]) if not starts.reason else starts
     for ends in (starts, goals):
         if ends.reason:
             return Plan(scene, False, ends.reason)

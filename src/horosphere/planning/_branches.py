@@ -17,14 +17,9 @@ from ..robots import Robot
 from ..scenes import GripperPlaneTarget, JointTarget, PoseTarget, PositionTarget, Scene
 from ._chain import ChainSearch
 from ._clearance import Touch, arm, margin, touch
-from ._configurations import (
-    free_grid,
-    inverse_over,
-    inverse_over_point,
-    limit_reason,
-    point_grid,
-    within_limits,
-)
+from ._free_angles import free_grid, inverse_over, inverse_over_point, point_grid
+from ._postures import within_limits
+from ._refusals import limit_reason
 
 Floats = NDArray[np.float64]
 

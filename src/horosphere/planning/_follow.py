@@ -11,7 +11,7 @@ from ..scenes import GripperPlaneTarget, JointTarget, PoseTarget, Scene
 from ..versors import Motor
 from ._branches import ArmPath
 from ._clearance import arm, margin, touch
-from ._configurations import limit_reason
+from ._refusals import limit_reason
 
 Floats = NDArray[np.float64]
 
