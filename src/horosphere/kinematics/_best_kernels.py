@@ -17,14 +17,14 @@ from ._polish_kernels import polish_row
 from ._screw_kernels import load_pose, seeded
 from ._seven_kernels import rows7
 
-CELLS = 32  # to begin with
-SCATTER = 13
+CELLS = 64  # to begin with
+SCATTER = 24
 NODES = 256  # samples of a branch, at most
 CLOSE = 1e-3  # radians: cells that promise no more than this beyond the best are left
 LOOSE = 0.05  # the same where no value is inside the limits
 STRETCH = 1.1
+ROUGH = 100.0  # so much wider are the finest cells where Newton got nowhere from both ends
 STEPS = 12  # of Newton, at most, for a sample
-NARROW = 1e-10  # radians of t
 
 
 @inner
@@ -68,14 +68,15 @@ def cell_bound(T, A, limits, before, a, b, after):
 
 
 @inner
-def widest(U, T, after, active, count, best, spare):
+def widest(U, T, A, after, active, count, best, spare, narrow):
     """(left node of the open cell that promises most or -1, number of open cells); closed ones leave `active`."""
     level = best + (CLOSE if best >= 0.0 else LOOSE)
     top, pick, c = -math.inf, -1, 0
     while c < count:
         a = active[c]
-        u = U[a]
-        if (u > level or (best < 0.0 and u > -spare)) and T[after[a]] - T[a] > NARROW:
+        b, u = after[a], U[a]
+        finest = ROUGH * narrow if spare > 0.0 and A[a, 7] < 0.0 and A[b, 7] < 0.0 else narrow
+        if (u > level or (best < 0.0 and u > -spare)) and T[b] - T[a] > finest:
             if u > top:
                 top, pick = u, a
             c += 1
@@ -87,12 +88,12 @@ def widest(U, T, after, active, count, best, spare):
 
 @jit
 def best(
-    kind, arm, true_arm, limits, low, high, locked, spare, enough, steps, motors, seeds, value, Q, valid, gap, free,
+    kind, arm, true_arm, limits, low, high, locked, spare, narrow, enough, steps, motors, seeds, value, Q, valid, gap, free,
     residual,
 ):  # fmt: skip
     """For every branch of every pose the redundancy, value (m, 8), that keeps the joints farthest from their limits.
 
-    low, high: range of t. spare: 0 for an exact structure; else samples that are nearer than this (radians) to the best are polished
+    low, high: range of t; narrow: cells no wider are not halved. spare: 0 for an exact structure; else samples that are nearer than this (radians) to the best are polished
     on the axes `true_arm` (at most `steps` Newton steps in the end), `locked` as in `polish`, and count if they come to `enough`.
     residual (m, 8) of these. Rows as `seven`.
     """
@@ -119,7 +120,7 @@ def best(
             else:
                 open_cells = 0
                 for k in range(8):
-                    cell[k], count[k] = widest(U[k], T[k], after[k], active[k], count[k], top[k], spare)
+                    cell[k], count[k] = widest(U[k], T[k], A[k], after[k], active[k], count[k], top[k], spare, narrow)
                     if cell[k] >= 0:
                         a = cell[k]
                         at[k] = 0.5 * (T[k, a] + T[k, after[k, a]])
@@ -135,15 +136,18 @@ def best(
                 if cell[k] < 0:
                     continue
                 room, left = room_of(rows[k], limits), 0.0
-                polished = False
-                if spare > 0.0 and good[k] >= 0.0 and room > max(top[k], 0.0) - spare:
-                    left = polish_row(true_arm, limits, true_pose, rows[k], locked, STEPS, work)
-                    room, polished = room_of(rows[k], limits), True
-                    if not left < enough:
-                        good[k] = -1e-12  # nearly
                 T[k, node], A[k, node, 7] = at[k], good[k]
                 for j in range(7):
                     A[k, node, j] = rows[k, j]
+                polished = False
+                if spare > 0.0 and good[k] >= 0.0 and room > max(top[k], 0.0) - spare:
+                    left, polished = polish_row(true_arm, limits, true_pose, rows[k], locked, STEPS, False, work), True
+                    if left < enough:
+                        room = room_of(rows[k], limits)
+                        for j in range(7):
+                            A[k, node, j] = rows[k, j]
+                    else:  # the angles of the near structure go on continuously
+                        good[k] = A[k, node, 7] = -1e-12
                 exists = good[k] >= 0.0
                 if (exists and room > top[k]) or (not valid[i, k] and not exists and good[k] > nearest[k]):
                     for j in range(7):
@@ -172,5 +176,5 @@ def best(
                     count[k] = CELLS
         for k in range(8):
             if raw[k]:
-                left = polish_row(true_arm, limits, true_pose, Q[i, k], locked, steps, work)
+                left = polish_row(true_arm, limits, true_pose, Q[i, k], locked, steps, True, work)
                 residual[i, k], valid[i, k] = left, left < enough

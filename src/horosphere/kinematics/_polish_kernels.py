@@ -9,10 +9,11 @@ from ._screw_kernels import add, cross, load_pose, product, row, settled, sub, t
 
 
 @inner
-def polish_row(arm, limits, pose, q, locked, steps, work):
+def polish_row(arm, limits, pose, q, locked, steps, patient, work):
     """Newton steps on the true axes from the posture q (n,), in place; returns the residual.
 
     pose: rotation and translation of the last link. locked: index of a joint to leave alone, or -1. work (13, >= 7): memory.
+    patient: go on where the residual does not become a half; without it rows that will not get there cost three steps, not all.
     """
     R, t = pose
     n = q.shape[0]
@@ -31,10 +32,10 @@ def polish_row(arm, limits, pose, q, locked, steps, work):
             M = product(M, T)
         D = product(R, transposed(M))
         e = (0.5 * (D[7] - D[5]), 0.5 * (D[2] - D[6]), 0.5 * (D[3] - D[1]), t[0] - x[0], t[1] - x[1], t[2] - x[2])
-        size = 0.0
+        previous, size = size, 0.0
         for r in range(6):
             size = max(size, abs(e[r]))
-        if size < 1e-13 or step == steps:
+        if size < 1e-13 or step == steps or (not patient and step > 2 and size > 0.5 * previous and size > 1e-12):
             break
         # Least-norm step: (J J^T + tiny) y = e, dq = J^T y.
         for r in range(6):
@@ -75,4 +76,4 @@ def polish(arm, limits, motors, Q, valid, locked, steps, residual):
         pose = load_pose(motors, i, arm, Q.shape[2])
         for k in range(Q.shape[1]):
             if valid[i, k]:
-                residual[i, k] = polish_row(arm, limits, pose, Q[i, k], locked, steps, work)
+                residual[i, k] = polish_row(arm, limits, pose, Q[i, k], locked, steps, True, work)

@@ -20,7 +20,9 @@ Floats = NDArray[np.float64]
 _EXACT = 1e-11  # metres: structures missed by more are polished on the true axes
 _POLISHED = 1e-10  # residual (m, rad) that a polished row must reach
 _STEPS = 40  # of Newton, at most: from double roots it converges only by halves
-_SPARE = 100.0  # radians a metre of the gap by which rows of a nearly exact structure may be off before they are polished
+_SPARE = (
+    100.0  # radians a metre of the gap by which rows of a nearly exact structure may be off before they are polished
+)
 _WORDS = {
     "sew7": "the distance from the shoulder to the wrist is out of range for this q7",
     "srs7": "the distance from the shoulder to the wrist is out of range",
@@ -185,8 +187,8 @@ def _best(made: Solver, motors: Floats, seeds: Floats):
     valid, free, missing = np.empty(shape, bool), np.empty(shape, bool), np.empty(len(motors))
     spare = _SPARE * gap if gap > _EXACT else 0.0
     best(
-        made.kind, made.arm, made.true_arm, made.limits, float(low), float(high), locked, spare, _POLISHED, _STEPS, motors, seeds,
-        value, q, valid, missing, free, residual,
+        made.kind, made.arm, made.true_arm, made.limits, float(low), float(high), locked, spare, max(1e-10, 0.1 * gap),
+        _POLISHED, _STEPS, motors, seeds, value, q, valid, missing, free, residual,
     )  # fmt: skip
     return q, valid, missing, free, residual if spare > 0.0 else None, value
 
