@@ -23,6 +23,7 @@ _STEPS = 40  # of Newton, at most: from double roots it converges only by halves
 _SPARE = (
     100.0  # radians a metre of the gap by which rows of a nearly exact structure may be off before they are polished
 )
+_SOFT = 60.0  # 1/m, the most that such roots may miss, relative to the gap, where its best value is looked for
 _WORDS = {
     "sew7": "the distance from the shoulder to the wrist is out of range for this q7",
     "srs7": "the distance from the shoulder to the wrist is out of range",
@@ -185,9 +186,10 @@ def _best(made: Solver, motors: Floats, seeds: Floats):
     gap, shape = made.structure.gap, (len(motors), 8)
     q, value, residual = np.empty((*shape, 7)), np.empty(shape), np.empty(shape)
     valid, free, missing = np.empty(shape, bool), np.empty(shape, bool), np.empty(len(motors))
-    spare = _SPARE * gap if gap > _EXACT else 0.0
+    spare, arm = (_SPARE * gap if gap > _EXACT else 0.0), made.arm.copy()
+    arm[2 * made.joints + 4, 2] = min(_SOFT * gap, arm[2 * made.joints + 4, 2])
     best(
-        made.kind, made.arm, made.true_arm, made.limits, float(low), float(high), locked, spare, max(1e-10, 0.1 * gap),
+        made.kind, arm, made.true_arm, made.limits, float(low), float(high), locked, spare, max(1e-10, 0.1 * gap),
         _POLISHED, _STEPS, motors, seeds, value, q, valid, missing, free, residual,
     )  # fmt: skip
     return q, valid, missing, free, residual if spare > 0.0 else None, value
