@@ -88,7 +88,7 @@ def widest(U, T, A, after, active, count, best, spare, narrow):
 
 @jit
 def best(
-    kind, arm, true_arm, limits, low, high, locked, spare, narrow, enough, steps, motors, seeds, value, Q, valid, gap, free,
+    kind, arms, true_arm, limits, low, high, locked, spare, narrow, enough, steps, motors, seeds, value, Q, valid, gap, free,
     residual,
 ):  # fmt: skip
     """For every branch of every pose the redundancy, value (m, 8), that keeps the joints farthest from their limits.
@@ -101,9 +101,11 @@ def best(
     before, after = np.empty((8, NODES), np.int64), np.empty((8, NODES), np.int64)
     active, count = np.empty((8, NODES), np.int64), np.empty(8, np.int64)
     cell, top, nearest = np.empty(8, np.int64), np.empty(8), np.empty(8)
-    at, rows, good, loose = np.empty(8), np.empty((8, 7)), np.empty(8), np.empty(8)
+    at, rows, good, loose = np.empty(8), np.empty((16, 7)), np.empty(8), np.empty(8)
     raw = np.empty(8, np.bool_)
     work, flat = np.empty((13, 7)), rows.reshape(-1)
+    turns = arms.shape[0]
+    arm, start = arms[0], 8 * (turns - 1)
     for i in range(motors.shape[0]):
         pose, true_pose = load_pose(motors, i, arm, 7), load_pose(motors, i, true_arm, 7)
         kept1, kept5 = seeded(seeds, i, 0, arm, 7), seeded(seeds, i, 4, arm, 7)
@@ -127,31 +129,32 @@ def best(
                         open_cells += 1
                 if open_cells == 0:
                     break
-            q, g, held, miss = rows7(kind, arm, limits, pose, load_lanes(at, 0, EIGHT), kept1, kept5)
-            store_records(flat, 0, q)
-            store_lanes(good, 0, g)
-            store_lanes(loose, 0, held)
-            gap[i] = min(gap[i], miss)
+            for turn in range(turns):
+                q, g, held, miss = rows7(kind, arms[turn], limits, pose, load_lanes(at, 0, EIGHT), kept1, kept5)
+                store_records(flat, 8 * turn, q)
+                store_lanes(good, 0, g)
+                store_lanes(loose, 0, held)
+                gap[i] = min(gap[i], miss)
             for k in range(8):
                 if cell[k] < 0:
                     continue
-                room, left = room_of(rows[k], limits), 0.0
+                row = rows[start + k]
+                room, left, polished = room_of(row, limits), 0.0, False
                 T[k, node], A[k, node, 7] = at[k], good[k]
                 for j in range(7):
                     A[k, node, j] = rows[k, j]
-                polished = False
                 if spare > 0.0 and good[k] >= 0.0 and room > max(top[k], 0.0) - spare:
-                    left, polished = polish_row(true_arm, limits, true_pose, rows[k], locked, STEPS, False, work), True
+                    left, polished = polish_row(true_arm, limits, true_pose, row, locked, STEPS, False, work), True
                     if left < enough:
-                        room = room_of(rows[k], limits)
+                        room = room_of(row, limits)
                         for j in range(7):
-                            A[k, node, j] = rows[k, j]
-                    else:  # the angles of the near structure go on continuously
+                            A[k, node, j] = row[j]
+                    else:
                         good[k] = A[k, node, 7] = -1e-12
                 exists = good[k] >= 0.0
                 if (exists and room > top[k]) or (not valid[i, k] and not exists and good[k] > nearest[k]):
                     for j in range(7):
-                        Q[i, k, j] = rows[k, j]
+                        Q[i, k, j] = row[j]
                     value[i, k], valid[i, k], free[i, k] = at[k], exists, loose[k] > 0.5
                     if exists:
                         top[k], residual[i, k], raw[k] = room, left, spare > 0.0 and not polished

@@ -186,10 +186,12 @@ def _best(made: Solver, motors: Floats, seeds: Floats):
     gap, shape = made.structure.gap, (len(motors), 8)
     q, value, residual = np.empty((*shape, 7)), np.empty(shape), np.empty(shape)
     valid, free, missing = np.empty(shape, bool), np.empty(shape, bool), np.empty(len(motors))
-    spare, arm = (_SPARE * gap if gap > _EXACT else 0.0), made.arm.copy()
-    arm[2 * made.joints + 4, 2] = min(_SOFT * gap, arm[2 * made.joints + 4, 2])
+    spare, arms = _SPARE * gap if gap > _EXACT else 0.0, made.arm[None]
+    if spare > 0.0:
+        arms = np.stack([made.arm, made.arm])
+        arms[:, 2 * made.joints + 4, 2] = 0.0, min(_SOFT * gap, made.arm[2 * made.joints + 4, 2])
     best(
-        made.kind, arm, made.true_arm, made.limits, float(low), float(high), locked, spare, max(1e-10, 0.1 * gap),
+        made.kind, arms, made.true_arm, made.limits, float(low), float(high), locked, spare, max(1e-10, 0.1 * gap),
         _POLISHED, _STEPS, motors, seeds, value, q, valid, missing, free, residual,
     )  # fmt: skip
     return q, valid, missing, free, residual if spare > 0.0 else None, value
