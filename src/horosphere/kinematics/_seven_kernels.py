@@ -16,10 +16,8 @@ from ..kernels import (
     lane_sqrt,
     lane_where_lt,
     load_lanes,
-    max_lane,
     min_lane,
     spread,
-    store_lanes,
     store_records,
 )
 from ._screw_kernels import (
@@ -38,7 +36,6 @@ from ._screw_kernels import (
     frame,
     inside,
     load_pose,
-    margin5,
     missing,
     normalised,
     product,
@@ -196,48 +193,3 @@ def seven(kind, arm, limits, motors, value, seeds, Q, valid, gap, free):
         q, good, loose, gap[i] = rows7(kind, arm, limits, load_pose(motors, i, arm, 7), at, kept1, kept5)
         store_records(flat, 8 * i, q)
         store_flags(good, loose, i, valid, free)
-
-
-@jit
-def margin7(q, limits):
-    """Lanes: the least distance of a joint to its limits."""
-    margin = lane_min(margin5(q, limits), lane_min(q[5] - limits[0, 5], limits[1, 5] - q[5]))
-    return lane_min(margin, lane_min(q[6] - limits[0, 6], limits[1, 6] - q[6]))
-
-
-@jit
-def best(kind, arm, limits, low, high, samples, motors, seeds, value, Q, valid, gap, free):
-    """For every branch of every pose the redundancy, value (m, 8), that keeps the joints farthest from their limits.
-
-    `samples` even values in [low, high], then shrinking steps around the best of each branch, all branches side by side; where
-    nothing is inside the limits then, 16 times as many values first.
-    """
-    flat, values = Q.reshape(-1), value.reshape(-1)
-    for i in range(motors.shape[0]):
-        pose = load_pose(motors, i, arm, 7)
-        kept1, kept5 = seeded(seeds, i, 0, arm, 7), seeded(seeds, i, 4, arm, 7)
-        top, at = spread(-math.inf, EIGHT), spread(0.5 * (low + high), EIGHT)
-        gap[i] = math.inf
-        for fine in range(2):
-            if fine == 1 and max_lane(top) >= 0.0:
-                break
-            count = samples if fine == 0 else 16 * samples
-            width = step = (high - low) / count
-            # One call of the rows in all, and not one for each phase: it is long machine code.
-            for trial in range(count + STEPS + 1):
-                if trial < count:
-                    here = spread(low + (trial + 0.5) * step, EIGHT)
-                elif trial < count + STEPS:
-                    width *= 0.6 if (trial - count) % 2 == 0 else -1.0
-                    here = lane_min(lane_max(at + width, low), high)
-                else:
-                    here = at
-                q, good, loose, miss = rows7(kind, arm, limits, pose, here, kept1, kept5)
-                gap[i] = min(gap[i], miss)
-                if trial == count + STEPS:
-                    store_records(flat, 8 * i, q)
-                    store_lanes(values, 8 * i, at)
-                    store_flags(good, loose, i, valid, free)
-                    break
-                margin = lane_where_lt(good, 0.0, -math.inf, margin7(q, limits))
-                at, top = lane_where_lt(top, margin, here, at), lane_max(top, margin)

@@ -20,7 +20,10 @@ Floats = NDArray[np.float64]
 _EXACT = 1e-11  # metres: structures missed by more are polished on the true axes
 _POLISHED = 1e-10  # residual (m, rad) that a polished row must reach
 _STEPS = 40  # of Newton, at most: from double roots it converges only by halves
-_SAMPLES = 32  # of the redundancy, where its best value is looked for
+_SPARE = (
+    100.0  # radians a metre of the gap by which rows of a nearly exact structure may be off before they are polished
+)
+_SOFT = 60.0  # 1/m, the most that such roots may miss, relative to the gap, where its best value is looked for
 _WORDS = {
     "sew7": "the distance from the shoulder to the wrist is out of range for this q7",
     "srs7": "the distance from the shoulder to the wrist is out of range",
@@ -171,18 +174,35 @@ def _rows(array: Floats, batch: tuple[int, ...], width: int) -> Floats:
 
 
 def _best(made: Solver, motors: Floats, seeds: Floats):
-    """For every branch the redundancy with the largest distance to the joint limits."""
-    from ._seven_kernels import best
+    """As `Solver.rows`, at the redundancy that keeps the joints farthest from their limits, and that, (m, branches)."""
+    from ._best_kernels import best
 
-    low, high = -np.pi, np.pi
+    low, high, locked = -np.pi, np.pi, -1
     if made.structure.name == "sew7":
-        j = 0 if made.structure.is_reversed else 6
-        low, high = np.maximum(made.limits[0, j], -np.pi), np.minimum(made.limits[1, j], np.pi)
-    count = len(motors)
-    q, value = np.empty((count, 8, made.joints)), np.empty((count, 8))
-    valid, free, gap = np.empty((count, 8), bool), np.zeros((count, 8), bool), np.empty(count)
-    best(made.kind, made.arm, made.limits, float(low), float(high), _SAMPLES, motors, seeds, value, q, valid, gap, free)
-    return q, valid, gap, free, made.polished(motors, q, valid), value
+        locked = 0 if made.structure.is_reversed else 6
+        ends = made.limits[:, locked]
+        if ends[1] - ends[0] < 2.0 * np.pi:
+            low, high = ends
+    gap, shape = made.structure.gap, (len(motors), 8)
+    q, value, residual = np.empty((*shape, 7)), np.empty(shape), np.empty(shape)
+    valid, free, missing = np.empty(shape, bool), np.empty(shape, bool), np.empty(len(motors))
+    spare, arms = _SPARE * gap if gap > _EXACT else 0.0, made.arm[None]
+    if spare > 0.0:
+        arms = np.stack([made.arm, made.arm])
+        arms[:, 2 * made.joints + 4, 2] = 0.0, min(_SOFT * gap, made.arm[2 * made.joints + 4, 2])
+    best(
+        made.kind, arms, made.true_arm, made.limits, float(low), float(high), locked, spare, max(1e-10, 0.1 * gap),
+        _POLISHED, _STEPS, motors, seeds, value, q, valid, missing, free, residual,
+    )  # fmt: skip
+    return q, valid, missing, free, residual if spare > 0.0 else None, value
+
+
+def roomiest_values(robot: Any, motor: Floats) -> Floats:
+    """(..., branches) the redundancy that keeps the joints farthest from their limits, for poses (..., 8)."""
+    made = solver(robot)
+    motors = _rows(motor, motor.shape[:-1], 8)
+    motors.setflags(write=False)
+    return _best(made, motors, np.zeros((len(motors), made.joints)))[-1].reshape(*motor.shape[:-1], made.branches)
 
 
 def psi_of(made: Solver, q: Floats) -> Floats:

@@ -34,10 +34,13 @@ def arm_lengths(robot: Any) -> Floats:
 def srs_inverse(robot: Any, target: Any, *, psi: ArrayLike | None = None, seed: ArrayLike | None = None) -> IkSolutions:
     """The 8 branches (theta2 < 0, theta4 < 0, theta6 < 0) of the S-R-S arm for a pose of its tip. Radians, metres.
 
-    psi: (...) elbow angle; default that of the seed, else 0. The elbow is E = S + x u + rho (cos psi r + sin psi u x
+    psi: (...) elbow angle; default that of the seed, else for every branch its own, the value that keeps the joints farthest from
+    their limits (then flags are by branch). The elbow is E = S + x u + rho (cos psi r + sin psi u x
     r) with u = unit(W - S), r = unit(z - (z.u) u), or from x where u is parallel to z (flag "reference"). Batch axes
     broadcast. Our derivation.
     """
+    if psi is None and seed is None and np.isfinite([robot.limits.lower, robot.limits.upper]).any():
+        return _srs_roomiest(robot, target)
     arm = arm_lengths(robot)
     motor = pose_motor(target)
     seeds = np.zeros(7) if seed is None else float_array(seed, "seed", last=7)
@@ -68,6 +71,27 @@ def srs_inverse(robot: Any, target: Any, *, psi: ArrayLike | None = None, seed: 
     free = float(angle[0]) if batch == () else np.broadcast_to(angle, (*batch, 8))
     residual = lambda: pose_residual(robot, q, motor)
     return IkSolutions(q, valid, branch_table(3), residual, True, reason, bits=SRS_BITS, flags=flags, free=free)
+
+
+def _srs_roomiest(robot: Any, target: Any) -> IkSolutions:
+    """`srs_inverse` with psi chosen branch by branch: row k of the rows at the psi of branch k."""
+    from ..versors import Motor
+    from ._structured import roomiest_values
+
+    motor = pose_motor(target)
+    psi = roomiest_values(robot, motor)
+    every = srs_inverse(robot, Motor._wrap(motor[..., None, :]), psi=psi)
+    own = np.arange(8)
+    q, valid = every.q[..., own, own, :], every.valid[..., own, own]
+    return IkSolutions(
+        q, valid, every.branch, lambda: pose_residual(robot, q, motor), True, lambda: _first(every.reason), bits=SRS_BITS,
+        flags=lambda: every.flags, free=psi,
+    )  # fmt: skip
+
+
+def _first(reasons: NDArray[Any]) -> Any:
+    """Of the reasons of every branch, which all say the same, the first."""
+    return reasons[..., 0] if reasons.ndim > 1 else str(reasons[0])
 
 
 def six_axis_inverse(robot: Any, target: Any, *, seed: ArrayLike | None = None) -> IkSolutions:
