@@ -68,8 +68,12 @@ def test_a_robot_with_sliders_and_as_a_page(tmp_path, capsys):
     assert "<html" in (tmp_path / "p.html").read_text()[:2000].lower()
     assert main(["show", str(tmp_path / "p.yaml"), "--seconds", "0.1", "--json"]) == 0
     assert '"scene": "panda"' in capsys.readouterr().out
-    view = RobotView(robots.load("panda"))
+    panda = robots.load("panda")
+    view = RobotView(panda)
     try:
+        spans = np.radians([[slider.min, slider.max] for slider, _ in view._sliders])
+        np.testing.assert_allclose(spans.T, [panda.limits.lower, panda.limits.upper], atol=1e-12)
+        assert spans.max() > np.pi  # joint 6 turns past half a turn
         before = np.array(view._moving[-1][0].position)
         view._sliders[3][0].value = -60.0
         view.run(0.2)

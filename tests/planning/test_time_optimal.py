@@ -1,5 +1,6 @@
 """TOPP-RA timing: limits by finite differences, never slower than the smooth one, jerk, and resampling on the certified path."""
 
+import dataclasses
 import subprocess
 import sys
 from pathlib import Path
@@ -11,8 +12,8 @@ from horosphere import InputError, Scene, planning, robots
 from horosphere.certify import certify
 from horosphere.planning import resample
 from horosphere.planning._time_optimal import time_optimal_path
-from horosphere.planning._timing import timed, timed_path
-from horosphere.scenes import Options, Trajectory
+from horosphere.planning._timing import motion_limits, timed, timed_path
+from horosphere.scenes import JointTarget, Options, Trajectory
 
 
 def waypoints_of(seed, robot, count=12):
@@ -139,6 +140,76 @@ def test_resampled_for_a_controller(reached, rate):
         <= np.abs(np.diff(plan.trajectory.positions, axis=0) / np.diff(plan.trajectory.time)[:, None]).max(axis=0)
         * (1 + 1e-9)
     ).all()
+
+
+def joint_motion(name, **options):
+    """A plan between two random postures of a robot alone in the world."""
+    robot = robots.load(name)
+    rng = np.random.default_rng(8)
+    low, high = np.maximum(robot.limits.lower, -2.5), np.minimum(robot.limits.upper, 2.5)
+    for _ in range(50):
+        a, b = (0.5 * (low + high) + 0.3 * (high - low) * rng.uniform(-1.0, 1.0, robot.n_joints) for _ in range(2))
+        plan = planning.plan(Scene(robot=robot, start=JointTarget(a), goal=JointTarget(b)), **options)
+        if plan.solved:
+            return plan
+    raise AssertionError("no posture free")
+
+
+@pytest.mark.parametrize("options", [{}, {"timing": "time-optimal"}, {"timing": "time-optimal", "jerk": 500.0}])
+@pytest.mark.parametrize("name", ["panda", "ur5", "humanoid-arm"])
+def test_a_drive_gets_set_points_within_the_limits(name, options):
+    """Every plan is resampled smoothly; finite differences at the controller's own rate keep every limit, from rest to rest."""
+    plan = joint_motion(name, **options)
+    velocity, acceleration, _ = motion_limits(plan.scene.robot, plan.scene.options)
+    for rate in (125.0, 250.0, 333.0, 1000.0):
+        new = resample(plan.trajectory, rate, plan.scene)
+        assert new.how == "certified anew" and new.certificate.certified
+        assert 1.0 <= new.stretch <= 1.0 + (2 * plan.scene.options.time_step + 2 / rate) / plan.trajectory.duration
+        t = new.trajectory
+        np.testing.assert_allclose(np.diff(t.time), 1 / rate, rtol=1e-9)
+        q = np.concatenate([t.positions[:1]] * 3 + [t.positions] + [t.positions[-1:]] * 3)
+        speed, push, jerk = (np.abs(np.diff(q, n=n, axis=0)) * rate**n for n in (1, 2, 3))
+        assert (speed <= velocity * (1 + 1e-6)).all() and (push <= acceleration * (1 + 1e-6)).all()
+        assert np.abs(jerk).max() <= options.get("jerk", np.inf) * (1 + 1e-3)
+        middle = (t.positions[2:] - t.positions[:-2]) * rate / 2
+        np.testing.assert_allclose(middle, t.velocities[1:-1], atol=acceleration.max() / rate)
+        assert (np.abs(t.velocities) <= velocity * (1 + 1e-9)).all()
+        assert (np.abs(t.accelerations) <= acceleration * (1 + 1e-9)).all()
+        # no further from the plan's own points than a sixth of their second differences, where it is not through them
+        away = np.abs(t.positions[:, None] - plan.trajectory.positions[None, ::10]).max(axis=2).min(axis=0)
+        bound = acceleration.max() * plan.scene.options.time_step**2 / 6 + speed.max() / rate
+        assert away.max() <= bound
+    if name == "panda" and options == {"timing": "time-optimal"}:  # what the limits would be without the care taken
+        steps = np.diff(resample(plan.trajectory, 1000.0).trajectory.positions, n=2, axis=0) * 1e6
+        assert (np.abs(steps) / acceleration).max() > 5.0
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_cubics_where_waypoints_are_not_evenly_spaced(seed):
+    """Of a motion of someone else: time is stretched until the limits hold; joints may come in another order."""
+    robot = robots.load("panda")
+    rng = np.random.default_rng(seed)
+    a, b = robot.limits.lower + (robot.limits.upper - robot.limits.lower) * rng.uniform(0.45, 0.55, (2, 7))
+    u = np.concatenate([[0.0], np.sort(rng.uniform(0.05, 0.95, 8)), [1.0]])[:, None]
+    q, dq = a + (b - a) * (3 * u**2 - 2 * u**3), 6 * (u - u**2) * (b - a)
+    duration = 0.5 * np.sqrt(6 * (np.abs(b - a) / robot.limits.acceleration).max())  # twice as fast as it may be
+    order = rng.permutation(7)
+    names = tuple(robot.joint_names[i] for i in order)
+    motion = Trajectory(u[:, 0] * duration, q[:, order], dq[:, order] / duration, None, names)
+    scene = Scene(robot=robot, start=JointTarget(a), goal=JointTarget(b))
+    new = resample(motion, 1000.0, scene)
+    assert new.how == "certified anew" and 1.99 <= new.stretch <= 2.2
+    push = np.abs(np.diff(new.trajectory.positions, n=2, axis=0)) * 1e6
+    assert (push <= robot.limits.acceleration[order] * (1 + 1e-6)).all() and new.trajectory.names == names
+
+
+def test_why_a_motion_is_not_smooth(reached):
+    _, plan = reached
+    strict = plan.scene.with_(options=dataclasses.replace(plan.scene.options, clearance=0.5))
+    new = resample(plan.trajectory, 500.0, strict)
+    assert new.how.startswith("same path: a smooth curve is not certified (") and "mm" in new.how
+    bare = Trajectory(plan.trajectory.time, plan.trajectory.positions)
+    assert resample(bare, 500.0, plan.scene).how == "same path: the trajectory states no velocities"
 
 
 def test_a_corner_is_kept():

@@ -11,6 +11,7 @@ import pytest
 import horosphere.scenes as sc
 from horosphere import robots, shapes
 from horosphere.viewer import report_html, robot_html
+from horosphere.viewer._recording import ASPECT, draw, new_server
 
 pytest.importorskip("viser", reason="the report needs the extra `view`")
 
@@ -74,6 +75,27 @@ def test_one_file(report, capsys):
     ids = re.findall(r'\sid="([^"]+)"', page)
     assert len(ids) == len(set(ids))  # curves do not share clip paths
     assert capsys.readouterr().out == ""  # standard output is for results
+
+
+def test_points_of_a_cloud_are_as_large_as_they_are_and_in_the_picture():
+    """viser draws discs of twice `point_size` across, in metres of the scene."""
+    points = np.array([[0.5, 0.0, 0.5], [0.0, 3.0, 0.5], [0.4, -0.2, 2.0]])
+    drawn, server = [], new_server()
+    try:
+        server.scene.add_point_cloud = lambda name, p, color, **how: drawn.append((np.array(p), how))
+        q = np.array([0.0, -0.5, 0.0, -2.0, 0.0, 1.5, 0.7])
+        scene = sc.Scene("panda", q, q, (shapes.PointCloud(points, 0.004), shapes.PointCloud(points + 0.1, 0.2)))
+        draw(server, scene, q[None], None)
+        camera = server.initial_camera
+        back = np.subtract(camera.position, camera.look_at)
+        away = points - camera.position
+        ahead = -away @ back / np.linalg.norm(back)
+        aside = np.sqrt((away**2).sum(axis=1) - ahead**2)
+    finally:
+        server.stop()
+    assert [how["point_size"] for _, how in drawn] == [0.004, 0.2]
+    assert all(how["point_shape"] == "circle" for _, how in drawn)
+    assert (ahead > 0.0).all() and (aside / ahead < np.hypot(1.0, ASPECT) * np.tan(camera.fov / 2)).all()
 
 
 def test_only_what_is_there_is_explained():

@@ -167,8 +167,9 @@ def draw(server: Any, scene: Scene, q: Floats, path: Floats | None) -> list[tupl
             for m, solid in enumerate(part.solids):
                 _mesh(api, f"/start posture/{part.name}/{m + 1}", solid, (150, 150, 150), opacity=0.15)
             _set(ghost, part.poses[0])
-    bounded = (solid for k, solid in solids.items() if type(scene.obstacles[k]).__name__ != "HalfSpace")
-    _camera(server, scene, up, view, np.concatenate([reach, tool, end[None], *(vertices for vertices, _ in bounded)]))
+    bounded = [solid[0] for k, solid in solids.items() if type(scene.obstacles[k]).__name__ != "HalfSpace"]
+    bounded += [o.points[:: stride(o)] for k, o in enumerate(scene.obstacles) if k not in solids]
+    _camera(server, scene, up, view, np.concatenate([reach, tool, end[None], *bounded]))
     pose(server, moving, 0)
     return moving
 
@@ -220,7 +221,7 @@ def _obstacle(
     if solid is None:
         points = np.asarray(obstacle.points)[:: stride(obstacle)]
         radius = float(np.median(obstacle.radius))
-        api.add_point_cloud(name, points.astype(np.float32), OBSTACLE, point_size=max(radius, 0.003 * extent))
+        api.add_point_cloud(name, points.astype(np.float32), OBSTACLE, point_size=radius, point_shape="circle")
         return
     kind = type(obstacle).__name__
     vertices, faces = solid

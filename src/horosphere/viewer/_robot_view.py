@@ -16,15 +16,23 @@ from ._parts import link_poses
 from ._recording import draw, new_server, pose, record, silent
 from ._report import document, scene_frame
 
+Floats = NDArray[np.float64]
+
 PERIOD = 0.04
 
 
-def rest_posture(robot: Robot) -> NDArray[np.float64]:
+def joint_ranges(robot: Robot) -> tuple[Floats, Floats]:
+    """The limits (n,) as they are shown: half a turn (3.14 m) where there is none or one beyond two turns."""
+    lower, upper = robot.limits.lower, robot.limits.upper
+    most = 4.0 * math.pi
+    return np.where(lower >= -most, lower, -math.pi), np.where(upper <= most, upper, math.pi)
+
+
+def rest_posture(robot: Robot) -> Floats:
     """The posture (n,) nearest to the middle of the limits, of 200, in which its checked links touch least."""
     from ..distance import signed
 
-    low, high = np.clip(robot.limits.lower, -math.pi, math.pi), np.clip(robot.limits.upper, -math.pi, math.pi)
-    low, high = np.minimum(low, high), np.maximum(low, high)
+    low, high = joint_ranges(robot)
     share = np.random.default_rng(0).uniform(0.0, 1.0, (200, robot.n_joints))
     share[0] = 0.5
     tries = low + (0.5 + (share - 0.5) * np.linspace(0.0, 1.0, 200)[:, None]) * (high - low)
@@ -61,9 +69,10 @@ class RobotView:
         sliding = {link.coordinate for link in robot.links if link.kind == "prismatic"}
         self._text = self._server.gui.add_markdown("")
         self._sliders: list[tuple[Any, float]] = []
+        lowest, highest = joint_ranges(robot)
         for j, name in enumerate(robot.joint_names):
             unit = 1.0 if j in sliding else 180.0 / math.pi
-            low, high = np.clip([robot.limits.lower[j], robot.limits.upper[j]], -math.pi, math.pi) * unit
+            low, high = lowest[j] * unit, highest[j] * unit
             step = max((high - low) / 500.0, 1e-6)
             slider = self._server.gui.add_slider(name, float(low), float(high), float(step), float(self._q[j] * unit))
             self._sliders.append((slider, unit))
