@@ -13,7 +13,7 @@ from .errors import InputError
 _REMEDY = "the file was cut off or is damaged: copy or export it again"
 _KINDS = ("char", "uchar", "short", "ushort", "int", "uint", "float", "double")
 _BITS = ("int8", "uint8", "int16", "uint16", "int32", "uint32", "float32", "float64")
-_CODES = dict(zip((*_KINDS, *_BITS), 2 * ("i1", "u1", "i2", "u2", "i4", "u4", "f4", "f8")))
+_CODES: dict[str, str] = dict(zip((*_KINDS, *_BITS), 2 * ("i1", "u1", "i2", "u2", "i4", "u4", "f4", "f8")))
 _SIZES = {name: int(code[1]) for name, code in _CODES.items()}
 _PLURALS = {"vertex": "vertices", "face": "faces"}
 

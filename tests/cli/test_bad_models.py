@@ -31,6 +31,8 @@ ROBOTS = {
     "limits": (links("ab") + joint("j", "a", "b", 1, -1), [], ["joint 'j'", "lower limit 1 > upper limit -1"]),
     "not xml": ("<link", [], ["robot.urdf:1:", "not well-formed XML", "repair the file"]),
     "srdf": (CHAIN, ["--srdf", "other.srdf"], ["other.srdf:1", "for a robot 'big'", "link 'zz'", "give the SRDF of this robot"]),
+    "no group": (CHAIN + links("e") + joint("m", "a", "e"), ["--srdf", "groups.srdf"],
+                 ["d (3 joints), e (1 joint)", "name a group of the SRDF (--group): arm, finger; or a tip (--tip)"]),
     "radius": (CHAIN, ["--link-radius", "-1"], ["positive radius", "-1"]),
 }  # fmt: skip
 
@@ -41,6 +43,10 @@ def test_robots(name, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "robot.urdf").write_text(f'<robot name="r">{body}</robot>')
     (tmp_path / "other.srdf").write_text('<robot name="big"><disable_collisions link1="a" link2="zz"/></robot>')
+    groups = "".join(
+        f'<group name="{n}"><chain base_link="a" tip_link="{t}"/></group>' for n, t in (("arm", "d"), ("finger", "e"))
+    )
+    (tmp_path / "groups.srdf").write_text(f'<robot name="r">{groups}</robot>')
     assert main(["robot", "robot.urdf", *options]) == 2
     said = capsys.readouterr().err
     assert said.count("error:") == 1 and "Traceback" not in said
@@ -186,3 +192,20 @@ def test_what_is_no_file(tmp_path, monkeypatch, capsys):
         assert main(["robot", name]) == 2
         said = capsys.readouterr().err.replace("\n", " ")
         assert all(text in said for text in says), said
+
+
+def test_a_group_of_the_srdf_that_is_not_named(tmp_path, monkeypatch, capsys):
+    """Where the tip is plain without it, a note says which groups there are."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "robot.urdf").write_text(f'<robot name="r">{CHAIN}</robot>')
+    groups = "".join(
+        f'<group name="{n}"><chain base_link="a" tip_link="{t}"/></group>' for n, t in (("arm", "d"), ("upper", "c"))
+    )
+    (tmp_path / "r.srdf").write_text(f'<robot name="r">{groups}</robot>')
+    for options, says in (
+        ([], "no group of r.srdf is named"),
+        (["--group", "upper"], "chain of the SRDF's group 'upper': a to c"),
+    ):
+        assert main(["robot", "robot.urdf", "--srdf", "r.srdf", *options]) == 0
+        said = " ".join(capsys.readouterr().out.split())
+        assert says in said and ("it has arm, upper" in said) == (not options)

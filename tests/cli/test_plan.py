@@ -232,6 +232,30 @@ def test_a_trajectory_without_times_is_said_to_have_none(run, tmp_path):
     assert "has no times" not in run("check", "humanoid-reach", tmp_path / "trajectory.npz").out
 
 
+def test_a_trajectory_in_degrees_is_told(run, reach, tmp_path):
+    motion = load_trajectory(reach.folder / "trajectory.npz")
+    bare = dataclasses.replace(motion, velocities=None, accelerations=None)
+    for q, says in ((np.degrees(bare.positions), True), (bare.positions, False), (100.0 * bare.positions + 9.0, False)):
+        file = save_trajectory(dataclasses.replace(bare, positions=q), tmp_path / "t.npz")
+        result = run("check", "humanoid-reach", file)
+        assert ("taken as degrees" in " ".join(result.out.split())) == says
+
+
+def test_half_a_cloud_is_never_planned_around(run, tmp_path):
+    head = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\nend_header\n"
+    text = "horosphere/scene: 1\nrobot: {type: point, radius: 0.05, dimension: 3}\nstart: {position: [0, 0, 0]}\n"
+    text += "goal: {position: [2, 0, 0]}\nobstacles:\n  - {type: points, file: cloud.ply, radius: 0.1}\n"
+    (tmp_path / "s.yaml").write_text(text)
+    (tmp_path / "cloud.ply").write_text(head + "1 2 0\n1 -2 0\n")
+    result = run("plan", tmp_path / "s.yaml", "--out", tmp_path / "out")
+    assert (
+        result.code == 2
+        and "s.yaml:6:5" in result.err
+        and "says 3 vertices, it holds 2" in " ".join(result.err.split())
+    )
+    assert not (tmp_path / "out").exists()
+
+
 def test_time_for_improvement_is_an_option(run, tmp_path):
     result = run("plan", "panda-table", "--method", "tree", "--time", "0.2", "--out", tmp_path, "--no-report", "--json")
     said = json.loads(result.out)

@@ -80,6 +80,10 @@ def test_files_of_other_planners(tmp_path):
         ("time,a,a\n0,1,2\n", ":1", "two columns are named 'a'"),
         ("time\n0\n", ":1", "no joint columns"),
         ("time,a,b,a.velocity\n0,1,2,3\n", ":1", "'b.velocity' is missing"),
+        ("time;a;b\n0,5;1;2\n", ":2:1", "time: expected a finite number, got '0,5' .write decimal points"),
+        ("0,5;1,5;2,5\n1;2;3\n", ":1", "no header"),
+        ("time a b\n0 1 2\n", ":1", "one column, named 'time a b' .separate the columns"),
+        ("a\n" + 99 * "x" + "\n", ":2:1", r"got 'x{57}\.\.\.'"),
     ],
 )
 def test_bad_csv(tmp_path, text, place, words):
@@ -109,3 +113,63 @@ def test_bad_files(tmp_path):
     (tmp_path / "bad.mcap").write_bytes(b"nothing")
     with pytest.raises(InputError, match="not a readable MCAP"):
         load_trajectory(tmp_path / "bad.mcap")
+    (tmp_path / "bad.csv").write_bytes(b"time,a\n0,\xff\n")
+    with pytest.raises(InputError, match=r"byte 9 is not UTF-8 \(save it as UTF-8\)"):
+        load_trajectory(tmp_path / "bad.csv")
+
+
+@pytest.mark.parametrize("separator", [";", "\t"])
+def test_csv_with_other_separators(tmp_path, separator):
+    trajectory = some(4, names=("a", "b", "c"))
+    file = save_trajectory(trajectory, tmp_path / "t.csv")
+    file.write_text(file.read_text().replace(",", separator))
+    again = load_trajectory(file)
+    assert again.names == trajectory.names and np.array_equal(again.positions, trajectory.positions)
+    assert np.array_equal(again.accelerations, trajectory.accelerations)
+
+
+@pytest.mark.parametrize("ending", ["npz", "mcap"])
+def test_a_file_that_was_cut_off_is_refused_or_whole(tmp_path, ending):
+    """The message of an MCAP file may be complete where only its index is gone."""
+    if ending == "mcap":
+        pytest.importorskip("mcap_ros2")
+    trajectory = some(2)
+    data = save_trajectory(trajectory, tmp_path / f"t.{ending}").read_bytes()
+    refused = 0
+    for cut in np.linspace(1, len(data) - 1, 40).astype(int):
+        (tmp_path / f"cut.{ending}").write_bytes(data[:cut])
+        try:
+            found = load_trajectory(tmp_path / f"cut.{ending}")
+        except InputError as error:
+            refused += 1
+            assert "cut." in str(error)
+        else:
+            assert np.array_equal(found.positions, trajectory.positions)
+    assert refused > 30
+
+
+def test_an_mcap_file_with_several_motions(tmp_path):
+    """Certified would be one of them only."""
+    pytest.importorskip("mcap_ros2")
+    from mcap_ros2.writer import Writer
+
+    from horosphere.io import _mcap
+
+    with open(tmp_path / "two.mcap", "wb") as file:
+        writer = Writer(file)
+        schema = writer.register_msgdef(_mcap._TYPE, _mcap._SCHEMA)
+        point = {
+            "positions": [0.0],
+            "velocities": [],
+            "accelerations": [],
+            "effort": [],
+            "time_from_start": {"sec": 0, "nanosec": 0},
+        }
+        header = {"stamp": {"sec": 0, "nanosec": 0}, "frame_id": ""}
+        for topic in ("/plan", "/other"):
+            writer.write_message(
+                topic, schema, {"header": header, "joint_names": ["a"], "points": [point]}, log_time=0, publish_time=0
+            )
+        writer.finish()
+    with pytest.raises(InputError, match=r"2 trajectory_msgs.* messages in it, on /plan, /other"):
+        load_trajectory(tmp_path / "two.mcap")

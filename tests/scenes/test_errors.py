@@ -247,7 +247,10 @@ def test_files_that_are_not_there(tmp_path):
     with pytest.raises(InputError, match=r"unknown scene 'humanoid-rech'.*did you mean 'humanoid-reach'"):
         Scene.load("humanoid-rech")
     (tmp_path / "binary.yaml").write_bytes(b"\xff\xfe\x00\x80")
-    with pytest.raises(InputError, match="cannot be read"):
+    with pytest.raises(InputError, match=r"cannot be read as text: it is UTF-16 \(.*save it as UTF-8"):
+        Scene.load(tmp_path / "binary.yaml")
+    (tmp_path / "binary.yaml").write_bytes(b"ab\xaf")
+    with pytest.raises(InputError, match=r"byte 2 is not UTF-8 .*name another file"):
         Scene.load(tmp_path / "binary.yaml")
 
 

@@ -9,7 +9,7 @@ import pytest
 
 from horosphere import distance, kinematics, robots
 from horosphere.errors import InputError
-from horosphere.scenes import PoseTarget, Scene, read_moveit
+from horosphere.scenes import PoseTarget, PositionTarget, Scene, read_moveit
 from horosphere.scenes._moveit_files import ProblemSet
 
 SCENE = """
@@ -97,6 +97,35 @@ def test_a_pose_goal_is_meant_for_its_link(folder):
     np.testing.assert_allclose(hand[:3, 3], [0.7, 0.1, 0.9], atol=1e-12)
 
 
+def test_a_place_goal_is_of_the_tool_point(folder):
+    """A position constraint alone: any orientation; where the tool point is another point than the link's origin, it is refused."""
+    alone = POSE.split("    orientation")[0]
+    state = "start_state: {joint_state: {name: [turn, nod, lift], position: [0.2, -0.4, 0.1]}}"
+    (folder / "request0001.yaml").write_text(alone + state)
+    moved = "robot_state: {multi_dof_joint_state: {transforms: [{translation: [0.2, 0, 0], rotation: [0, 0, 1, 0]}]}, "
+    (folder / "scene0001.yaml").write_text(SCENE.replace("robot_state: {", moved))
+    scene = Scene.load(folder / "scene0001.yaml", robot=folder / "lifter.urdf")
+    assert isinstance(scene.goal, PositionTarget) and scene.robot.link_names[scene.robot.tip] == "palm"
+    np.testing.assert_allclose(
+        scene.goal.position, [-0.5, -0.1, 0.9], atol=1e-12
+    )  # half a turn about z, then 0.2 along x
+    (folder / "request0001.yaml").write_text(alone.replace("palm", "fore") + state)
+    with pytest.raises(
+        InputError, match=r"place of 'fore' in any orientation, 0.4 m from the tool point .*'fore' as the tip"
+    ):
+        Scene.load(folder / "scene0001.yaml", robot=folder / "lifter.urdf", tip="palm")
+    (folder / "request0001.yaml").write_text(
+        alone.replace("link_name: palm,", "link_name: palm, target_point_offset: [0, 0, 1],")
+    )
+    with pytest.raises(InputError, match="read for the origin of its link"):
+        Scene.load(folder / "scene0001.yaml", robot=folder / "lifter.urdf")
+    (folder / "request0001.yaml").write_text(
+        "goal_constraints: [{orientation_constraints: [{orientation: [0, 0, 0, 1]}]}]"
+    )
+    with pytest.raises(InputError, match="one position and at most one orientation"):
+        Scene.load(folder / "scene0001.yaml", robot=folder / "lifter.urdf")
+
+
 def tool_of(robot):
     """Of the tip link's frame, by both forward kinematics."""
     q = np.linspace(0.1, 0.7, robot.n_joints)
@@ -171,6 +200,12 @@ def test_frames(folder):
          "scene0001.yaml:6:", "outside 0 .. 2"),
         ("scene", "primitives: [{type: box, dimensions: [0.1, 2, 2]}], primitive_poses", "planes: [{coef: [0, 0, 0, 1]}], plane_poses",
          "scene0001.yaml:6:", "zero vector"),
+        ("scene", "{position: [1.5, 0, 1]}", "{position: [1.5, 0, 1], orientation: [0, 0, 1.6]}", "scene0001.yaml:6:",
+         "quaternion .x, y, z, w., got 3 numbers .*orientation_euler_xyz: radians"),
+        ("scene", "{position: [1.5, 0, 1]}", "{position: [1.5, 0, 1], orientation_euler_xyz: [0, 0, 90]}", "scene0001.yaml:6:",
+         "90 radians are more than a turn"),
+        ("scene", "{position: [1.5, 0, 1]}", "{orientation: [0, 0, 0, 1], orientation_euler_xyz: [0, 0, 1]}", "scene0001.yaml:6:",
+         "two rotations.*keep one"),
     ],
 )  # fmt: skip
 def test_what_is_wrong_is_named_with_place_and_remedy(folder, file, old, new, place, message):

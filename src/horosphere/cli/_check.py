@@ -15,6 +15,8 @@ from ._source import NOTHING, MoveIt
 CHECKED = ("certificate.json", "report.html")
 _UNTIMED = "the trajectory has no times: mean velocities were not checked, and its waypoints are shown one second apart"
 
+_DEGREES = "angles of a trajectory are radians; taken as degrees these would all lie inside the limits of the joints: convert them"
+
 
 def check(
     scene: str,
@@ -60,6 +62,7 @@ def check(
     with out.working("certifying") as progress:
         from ..certify import certify
         from ..io import to_json, writing, writing_set
+        from ..scenes._checks import looks_like_degrees
         from ..viewer import goal_error, has_viser, measure, report_html, summarise
 
         out.announce_compiling(progress)
@@ -72,6 +75,8 @@ def check(
         measures = measure(problem, motion)
         said = certificate.reasons[0] if certificate.reasons else ""
         notes = () if motion.is_timed else (_UNTIMED,)
+        if hasattr(problem.robot, "limits") and looks_like_degrees(problem.robot, motion.positions):
+            notes += (_DEGREES,)
         summary = summarise(problem, motion, measures, certificate=certificate, reason=said, notes=notes)
         data: dict[str, Any] = {
             "scene": problem.name,

@@ -79,7 +79,7 @@ def write_mcap(trajectory: Trajectory, path: Path) -> None:
 
 
 def read_mcap(path: Path) -> Trajectory:
-    """The first JointTrajectory message of the file, on any topic."""
+    """The JointTrajectory message of the file, on any topic. Raises InputError if there are several: which is meant is not known."""
     try:
         from mcap.reader import make_reader
         from mcap_ros2.decoder import DecoderFactory
@@ -87,16 +87,27 @@ def read_mcap(path: Path) -> Trajectory:
         raise InputError("MCAP needs the extra `mcap`", remedy=_REMEDY) from None
     try:
         with open(path, "rb") as file:
-            for schema, _, _, message in make_reader(
-                file, decoder_factories=[DecoderFactory()]
-            ).iter_decoded_messages():
-                if schema is not None and schema.name == _TYPE:
-                    return _trajectory(message)
-    except InputError:
-        raise
+            found = [
+                (channel.topic, message)
+                for schema, channel, _, message in make_reader(
+                    file, decoder_factories=[DecoderFactory()]
+                ).iter_decoded_messages()
+                if schema is not None and schema.name == _TYPE
+            ]
     except Exception as error:
-        raise InputError(f"not a readable MCAP file ({type(error).__name__}: {error})") from None
-    raise InputError(f"no {_TYPE} message in it")
+        raise InputError(
+            f"not a readable MCAP file ({type(error).__name__}: {error})",
+            remedy="was it cut off? copy or write it again",
+        ) from None
+    if not found:
+        raise InputError(f"no {_TYPE} message in it")
+    if len(found) > 1:
+        topics = ", ".join(dict.fromkeys(topic for topic, _ in found))
+        raise InputError(
+            f"{len(found)} {_TYPE} messages in it, on {topics}",
+            remedy="write the one that is meant into a file of its own",
+        )
+    return _trajectory(found[0][1])
 
 
 def _trajectory(message: SimpleNamespace | Any) -> Trajectory:

@@ -12,6 +12,7 @@ from .._atomic import writing
 from ..errors import InputError
 from ..scenes import Trajectory
 
+_CUT_OFF = "was it cut off? copy or write it again"
 TRAJECTORY_ENDINGS = (".npz", ".csv", ".mcap")
 _RATES = ("velocities", "accelerations")
 _KEYS = {"time": "time", "positions": "q", "velocities": "dq", "accelerations": "ddq"}
@@ -31,8 +32,8 @@ def save_trajectory(trajectory: Trajectory, path: str | Path) -> Path:
 def load_trajectory(path: str | Path) -> Trajectory:
     """The trajectory in a file, also one from another planner: NPZ with `q` (and `time`), CSV with a header, MCAP.
 
-    A CSV column is `time`, NAME, NAME.velocity or NAME.acceleration; without time the waypoints count as one second apart, and
-    `is_timed` is False: then velocities are not checked.
+    A CSV column is `time`, NAME, NAME.velocity or NAME.acceleration; semicolons or tabs may separate them. Without time
+    the waypoints count as one second apart, and `is_timed` is False: then velocities are not checked.
     Raises InputError naming the file, and the line where there is one.
     """
     path = Path(path)
@@ -72,7 +73,10 @@ def _load_npz(path: Path) -> Trajectory:
         with np.load(path, allow_pickle=False) as archive:
             data = {key: archive[key] for key in archive.files}
     except (ValueError, zipfile.BadZipFile, EOFError, KeyError) as error:
-        raise InputError(f"not a readable NPZ file ({error})") from None
+        raise InputError(
+            f"not a readable NPZ file ({error})",
+            remedy=_CUT_OFF if isinstance(error, zipfile.BadZipFile | EOFError) else None,
+        ) from None
     if "q" not in data:
         raise InputError(f"no array 'q' in it, only {', '.join(data) or 'nothing'}", choices=(*_KEYS.values(), "names"))
     count = len(np.atleast_1d(data["q"]))
@@ -103,16 +107,25 @@ def _save_csv(trajectory: Trajectory, path: Path) -> None:
 def _load_csv(path: Path) -> Trajectory:
     try:
         with open(path, encoding="utf-8-sig", newline="") as file:
-            rows = [(k, row) for k, row in enumerate(csv.reader(file), 1) if any(cell.strip() for cell in row)]
-    except (UnicodeDecodeError, csv.Error) as error:
+            first = file.readline()
+            separator = ";" if ";" in first else "\t" if "\t" in first and "," not in first else ","
+            file.seek(0)
+            lines = csv.reader(file, delimiter=separator)
+            rows = [(k, row) for k, row in enumerate(lines, 1) if any(cell.strip() for cell in row)]
+    except UnicodeDecodeError as error:
+        raise InputError(f"not a CSV file: byte {error.start} is not UTF-8", remedy="save it as UTF-8") from None
+    except csv.Error as error:
         raise InputError(f"not a CSV file ({error})") from None
     if not rows:
         raise InputError("the file is empty")
     header = [cell.strip() for cell in rows[0][1]]
-    if all(_is_number(cell) for cell in header):
+    if all(_is_number(cell.replace(",", ".")) for cell in header):
         raise InputError(
             "no header", place=f"{path}:1", remedy="the first line names the columns: time, then one name per joint"
         )
+    if len(header) == 1 and " " in header[0]:
+        remedy = "separate the columns by commas, semicolons or tabs"
+        raise InputError(f"one column, named {_short(header[0])}", place=f"{path}:1", remedy=remedy)
     if len(set(header)) != len(header):
         twice = next(name for name in header if header.count(name) > 1)
         raise InputError(f"two columns are named {twice!r}", place=f"{path}:1")
@@ -124,7 +137,11 @@ def _load_csv(path: Path) -> Trajectory:
             raise InputError(f"expected {len(header)} values as in the header, got {len(row)}", place=f"{path}:{line}")
         for j, cell in enumerate(row):
             if not _is_number(cell) or not np.isfinite(float(cell)):
-                raise InputError(f"{header[j]}: expected a finite number, got {cell!r}", place=f"{path}:{line}:{j + 1}")
+                raise InputError(
+                    f"{header[j]}: expected a finite number, got {_short(cell)}",
+                    place=f"{path}:{line}:{j + 1}",
+                    remedy="write decimal points" if _is_number(cell.replace(",", ".", 1)) and "," in cell else None,
+                )
             table[i, j] = float(cell)
     names = [name for name in header if name != "time" and not name.endswith((".velocity", ".acceleration"))]
     columns = {name: table[:, k] for k, name in enumerate(header)}
@@ -139,6 +156,10 @@ def _load_csv(path: Path) -> Trajectory:
         values.append(np.stack([columns[name + ending] for name in names], axis=1) if given else None)  # type: ignore[arg-type]
     time = columns.get("time", np.arange(float(len(table))))
     return Trajectory(time, values[0], values[1], values[2], tuple(names), "time" in columns)
+
+
+def _short(text: str) -> str:
+    return repr(text if len(text) <= 60 else f"{text[:57]}...")
 
 
 def _is_number(text: str) -> bool:

@@ -116,7 +116,15 @@ def _from_urdf(path: Path, given: Given, options: CoverOptions) -> Robot:
         if chosen is not None:
             base, tip = base or chosen[0], tip or chosen[1]
             notes.append(f"chain of the SRDF's group {chosen[2]!r}: {base} to {tip}")
-    chain = _chain.build_chain(urdf, base, tip, given.locked)
+        elif base is None and tip is None and srdf.chains:
+            notes.append(f"no group of {srdf.path.name} is named (`group`); it has {', '.join(srdf.chains)}")
+    try:
+        chain = _chain.build_chain(urdf, base, tip, given.locked)
+    except InputError as error:
+        if tip is not None or srdf is None or not srdf.chains or error.choices is not None:
+            raise
+        remedy = f"name a group of the SRDF (`group`): {', '.join(srdf.chains)}; or a tip (`tip`)"
+        raise InputError(error.message, place=error.place, remedy=remedy) from None
     notes += chain.notes
     sidecar = (
         {} if given.capsules is None else read_capsules(given.capsules, chain.links, chain.tip, _placement.IDENTITY)

@@ -32,6 +32,11 @@ class Srdf:
     disabled_links: set[str] = field(default_factory=set)
     states: dict[str, dict[str, float]] = field(default_factory=dict)
 
+    @property
+    def chains(self) -> tuple[str, ...]:
+        """Names of the groups that are chains."""
+        return tuple(name for name, ends in self.groups.items() if ends is not None)
+
     def why_disabled(self, first: str, second: str) -> str | None:
         """The file's reason for not checking a pair of links; None if it wants it checked."""
         pair = frozenset((first, second))
@@ -44,17 +49,17 @@ class Srdf:
     def chain(self, group: str | None) -> tuple[str, str, str] | None:
         """(base, tip, group) of a group; of the only one that is a chain, if none is asked for and there is just one."""
         if group is None:
-            chains = [(name, ends) for name, ends in self.groups.items() if ends is not None]
-            return (*chains[0][1], chains[0][0]) if len(chains) == 1 else None
+            if len(self.chains) != 1:
+                return None
+            group = self.chains[0]
         if group not in self.groups:
             raise unknown_name("group", group, self.groups, place=str(self.path))
         ends = self.groups[group]
         if ends is None:
-            chains = [name for name, found in self.groups.items() if found is not None]
             raise InputError(
                 f"group {group!r} is not one chain of links",
                 place=str(self.path),
-                choices=chains,
+                choices=self.chains,
                 remedy="give `base` and `tip`",
             )
         return (*ends, group)

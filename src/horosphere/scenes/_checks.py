@@ -104,18 +104,23 @@ def _joints(robot: Any, q: np.ndarray, name: str) -> Iterator[Problem]:
         yield Problem((name, "joints"), f"{robot.name!r} has {robot.n_joints} joints ({names}), got {len(q)} numbers")
         return
     lower, upper = robot.limits.lower, robot.limits.upper
-    outside = _outside(q, robot)
-    slides = [link.coordinate for link in robot.links if link.kind == "prismatic"]
-    turned = np.radians(q)
-    turned[slides] = q[slides]
-    degrees = np.abs(np.delete(q, slides)).max(initial=0.0) > 2.0 * np.pi and not len(_outside(turned, robot))
+    outside = np.flatnonzero(_outside(q, robot))
     for j in outside:
         yield Problem(
             (name, "joints"),
             f"joint {robot.joint_names[j]!r} is {q[j]:.6g}, outside its limits [{lower[j]:.6g}, {upper[j]:.6g}]",
-            AS_DEGREES if degrees and j == outside[-1] else None,
+            AS_DEGREES if j == outside[-1] and looks_like_degrees(robot, q) else None,
         )
 
 
+def looks_like_degrees(robot: Any, q: np.ndarray) -> bool:
+    """Whether configurations (..., n) are outside the limits, with angles of more than a turn, but all inside them as degrees."""
+    slides = [link.coordinate for link in robot.links if link.kind == "prismatic"]
+    turned = np.radians(q)
+    turned[..., slides] = q[..., slides]
+    more_than_a_turn = np.abs(np.delete(q, slides, axis=-1)).max(initial=0.0) > 2.0 * np.pi
+    return bool(more_than_a_turn and _outside(q, robot).any() and not _outside(turned, robot).any())
+
+
 def _outside(q: np.ndarray, robot: Any) -> np.ndarray:
-    return np.flatnonzero((q < robot.limits.lower - 1e-9) | (q > robot.limits.upper + 1e-9))
+    return (q < robot.limits.lower - 1e-9) | (q > robot.limits.upper + 1e-9)

@@ -14,7 +14,7 @@ from ._moveit_frames import Frames, base_pose, check_frames, tool_on
 from ._moveit_node import Node, inverse, pose_of
 from ._moveit_objects import objects_of
 from ._options import Options
-from ._targets import JointTarget, PoseTarget, Target, matrix_quaternion, quaternion_matrix
+from ._targets import JointTarget, PoseTarget, PositionTarget, Target, matrix_quaternion, quaternion_matrix
 from ._yaml import Document
 
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ Floats = NDArray[np.float64]
 class MoveItProblem:
     """Obstacles in the robot's base frame, a start, and goals any of which will do.
 
-    `start`: joint values by name; each of `goals` likewise, or a pose of the link `goal_links[k]`. `notes`: what was enclosed
+    `start`: joint values by name; each of `goals` likewise, or pose or place of link `goal_links[k]`. `notes`: what was enclosed
     or left out. `object_ids`: which collision object each obstacle is of. `held`: objects attached to links; `contacts`: the
     allowed collision matrix; `robot_of` gives a robot both. `base` (4, 4): the robot's base in the world; `frames`: which names
     of frames were taken for it, and where they stand. `request`: the file of the goals; `scales`: of velocities and accelerations.
@@ -38,7 +38,7 @@ class MoveItProblem:
     name: str
     obstacles: tuple[Shape, ...]
     start: dict[str, float]
-    goals: tuple[dict[str, float] | PoseTarget, ...]
+    goals: tuple[dict[str, float] | PoseTarget | PositionTarget, ...]
     goal_links: tuple[str, ...] = ()
     robot_name: str = ""
     group: str = ""
@@ -57,17 +57,29 @@ class MoveItProblem:
         return self._joints(self.start, robot, "start_state")
 
     def goal_of(self, robot: Robot, index: int = 0) -> Target:
-        """Goal `index` as a target for this robot: joints, or the pose of its tool that puts the goal's link where it shall be.
+        """Goal `index` as a target for this robot: joints, or the pose (or place) of its tool that puts the goal's link there.
 
-        Raises InputError if there is no goal, or it is for other joints or for a link that moves against the tip.
+        Raises InputError if there is no goal, it is for other joints or for a link that moves against the tip, or it is the place of
+        another point than the tool's.
         """
         self.need_goal()
         goal = self.goals[index]
-        if not isinstance(goal, PoseTarget):
+        if isinstance(goal, dict):
             return JointTarget(self._joints(goal, robot, "goal_constraints"))
+        link = self.goal_links[index] or robot.link_names[robot.tip]
+        on = tool_on(robot, link, self.request)
+        if isinstance(goal, PositionTarget):
+            away = float(np.linalg.norm(on[:3, 3]))
+            if away > 1e-6:
+                raise InputError(
+                    f"the goal is a place of {link!r} in any orientation, {away:.4g} m from the tool point",
+                    place=self.request,
+                    remedy=f"give {link!r} as the tip (`tip`), or an orientation constraint as well",
+                )
+            return goal
         wanted = np.eye(4)
         wanted[:3, :3], wanted[:3, 3] = quaternion_matrix(goal.quaternion), goal.position
-        tool = wanted @ tool_on(robot, self.goal_links[index] or robot.link_names[robot.tip], self.request)
+        tool = wanted @ on
         return PoseTarget(tool[:3, 3], matrix_quaternion(tool[:3, :3]))
 
     def need_goal(self) -> None:
@@ -146,7 +158,7 @@ def problem_of(name: str, scene: Document, request: Document | None = None) -> M
     document, wanted = Node.root(scene), None if request is None else Node.root(request)
     state, asked = document.get("robot_state"), None if wanted is None else wanted.get("start_state")
     frames = Frames(base_pose(asked) if base_pose(asked) is not None else base_pose(state), document)
-    goals: list[dict[str, float] | PoseTarget] = []
+    goals: list[dict[str, float] | PoseTarget | PositionTarget] = []
     links: list[str] = []
     for constraints in [] if wanted is None else wanted.items("goal_constraints"):
         goal, link = _goal(constraints, frames)
@@ -232,7 +244,7 @@ def _padding(scene: Node) -> list[str]:
     ]
 
 
-def _goal(constraints: Node, frames: Frames) -> tuple[dict[str, float] | PoseTarget, str]:
+def _goal(constraints: Node, frames: Frames) -> tuple[dict[str, float] | PoseTarget | PositionTarget, str]:
     joints = {
         str(item.need("joint_name").value): item.need("position").number()
         for item in constraints.items("joint_constraints")
@@ -240,21 +252,24 @@ def _goal(constraints: Node, frames: Frames) -> tuple[dict[str, float] | PoseTar
     if joints:
         return joints, ""
     positions, turns = constraints.items("position_constraints"), constraints.items("orientation_constraints")
-    if len(positions) != 1 or len(turns) != 1:
+    if len(positions) != 1 or len(turns) > 1:
         raise constraints.error(
-            "expected joint constraints, or one position and one orientation constraint",
-            choices=("joint_constraints", "position_constraints + orientation_constraints"),
+            "expected joint constraints, or one position and at most one orientation constraint",
+            choices=("joint_constraints", "position_constraints", "position_constraints + orientation_constraints"),
         )
     regions = positions[0].need("constraint_region").items("primitive_poses")
     if len(regions) != 1:
         raise positions[0].error(f"expected one primitive pose, got {len(regions)}")
-    pose = pose_of(regions[0])
-    pose[:3, :3] = pose_of(turns[0])[:3, :3]
-    place, turn = frames.pose(positions[0]), frames.pose(turns[0])
+    pose, link = pose_of(regions[0]), str(positions[0].plain("link_name") or "")
+    place = frames.pose(positions[0])
     pose[:3, 3] = place[:3, :3] @ pose[:3, 3] + place[:3, 3]
-    pose[:3, :3] = turn[:3, :3] @ pose[:3, :3]
-    if positions[0].plain("target_point_offset") is not None:
-        offset = positions[0].need("target_point_offset").numbers(3, ("x", "y", "z"))
-        pose[:3, 3] -= pose[:3, :3] @ offset
+    offset = positions[0].get("target_point_offset")
+    shift = np.zeros(3) if offset is None else offset.numbers(3, ("x", "y", "z"))
+    if not turns:
+        if offset is not None and shift.any():
+            raise offset.error("a goal in any orientation is read for the origin of its link", "leave the offset out")
+        return PositionTarget((inverse(frames.base) @ pose)[:3, 3]), link
+    pose[:3, :3] = frames.pose(turns[0])[:3, :3] @ pose_of(turns[0])[:3, :3]
+    pose[:3, 3] -= pose[:3, :3] @ shift
     pose = inverse(frames.base) @ pose
-    return PoseTarget(pose[:3, 3], matrix_quaternion(pose[:3, :3])), str(positions[0].plain("link_name") or "")
+    return PoseTarget(pose[:3, 3], matrix_quaternion(pose[:3, :3])), link

@@ -14,6 +14,7 @@ from ._targets import quaternion_matrix
 from ._yaml import Document, Loc
 
 Floats = NDArray[np.float64]
+_EULER = "Euler angles are written as orientation_euler_xyz: radians, about the fixed axes x, y, z in that order"
 
 
 class Node:
@@ -101,6 +102,8 @@ def pose_of(node: Node | None) -> Floats:
         pose[:3, 3] = position.numbers(3, ("x", "y", "z"))
     turn = node.get("orientation") or node.get("rotation")
     if turn is not None:
+        if isinstance(turn.value, list) and len(turn.value) == 3:
+            raise turn.error("expected a quaternion (x, y, z, w), got 3 numbers", _EULER)
         x, y, z, w = turn.numbers(4, ("x", "y", "z", "w"))
         length = float(np.sqrt(x * x + y * y + z * z + w * w))
         if abs(length - 1.0) > 1e-3:
@@ -108,7 +111,11 @@ def pose_of(node: Node | None) -> Floats:
         pose[:3, :3] = quaternion_matrix(np.array([w, x, y, z]) / length)
     euler = node.get("orientation_euler_xyz")
     if euler is not None:
-        a, b, c = euler.numbers(3)
+        if turn is not None:
+            raise euler.error("two rotations, this and a quaternion", "keep one of them")
+        a, b, c = euler.numbers(3, ("x", "y", "z"))
+        if max(abs(a), abs(b), abs(c)) > 2.0 * math.pi:
+            raise euler.error(f"{max(a, b, c, key=abs):g} radians are more than a turn", "angles are radians")
         (ca, cb, cc), (sa, sb, sc) = np.cos([a, b, c]), np.sin([a, b, c])
         x_turn = np.array([[1, 0, 0], [0, ca, -sa], [0, sa, ca]])
         y_turn = np.array([[cb, 0, sb], [0, 1, 0], [-sb, 0, cb]])

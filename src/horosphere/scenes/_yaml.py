@@ -74,9 +74,12 @@ def read_yaml(path: Path) -> Document:
         text = path.read_text(encoding="utf-8")
     except IsADirectoryError:
         raise InputError("expected a file, got a folder", place=str(path)) from None
-    except (OSError, UnicodeDecodeError) as error:
-        reason = getattr(error, "strerror", None) or str(error)
-        raise InputError(f"cannot be read: {reason}", place=str(path)) from None
+    except OSError as error:
+        raise InputError(f"cannot be read: {error.strerror or error}", place=str(path)) from None
+    except UnicodeDecodeError as error:
+        what = "it is UTF-16" if error.object[:2] in (b"\xff\xfe", b"\xfe\xff") else f"byte {error.start} is not UTF-8"
+        remedy = "a scene is a YAML text: save it as UTF-8, or name another file"
+        raise InputError(f"cannot be read as text: {what}", place=str(path), remedy=remedy) from None
     return parse_yaml(text, str(path))
 
 
