@@ -123,7 +123,10 @@ def _over_places(robot: Robot, target: Any, near: Floats | None, rng: np.random.
     if alone:
         grid = f"every branch, with {POINT_SAMPLES[0]} values of psi by {POINT_SAMPLES[1]} of q5"
         how = f"{grid}, and others {how}"
-        yield _at_point(robot, target.position, grid)
+        first = _at_point(robot, target.position, grid)
+        yield first
+        if not len(first.q):  # the closed form knows the reach
+            return
     shift, total, reached = rng.uniform(size=2), 0, 0
 
     def some(count: int) -> Floats:
@@ -143,7 +146,7 @@ def _over_places(robot: Robot, target: Any, near: Floats | None, rng: np.random.
             own, of = searched(robot, points, seeds)
             q, at = np.concatenate([own, q]), np.concatenate([places.first[of], at])
         reached += len(q)
-        if k >= _LOST and not reached and not alone:
+        if k >= _LOST and not reached and not alone:  # (alone: the limits forbid what is in reach)
             yield _lost(robot, places.first[-1], "")
             return
         yield Round(np.ascontiguousarray(q), at, "out of reach", how, ENOUGH)

@@ -39,13 +39,14 @@ def drawn(robot: Robot, places: Any, count: int, rng: np.random.Generator) -> tu
     places: a function of a number, which gives so many places (m, 3), others each time. k is less than `count` where little
     of the goal is in reach.
     """
-    found, at, total, size = [], [], 0, max(count // 4, 8)
+    found, at, total, size = [], [], 0, max(count // 2, 16)
     left = count
     while left > 0 and total < _DRAWS * count and has_formula(robot):
         points = places(size)
         q, of = _by_formula(robot, points, rng)
-        found.append(q[:left])
-        at.append(points[of[:left]])
+        some = rng.permutation(len(q))[:left]  # not all branches of a few places
+        found.append(q[some])
+        at.append(points[of[some]])
         left, total, size = left - len(found[-1]), total + size, min(2 * size, _DRAWS * count)
     if left > 0:
         points = places(left)
