@@ -18,11 +18,11 @@ from ._screw_kernels import load_pose, seeded
 from ._seven_kernels import rows7
 
 CELLS = 64  # to begin with
-SCATTER = 24
+SCATTER = 24  # has no divisor in common with their number of ends
 NODES = 256  # samples of a branch, at most
 CLOSE = 1e-3  # radians: cells that promise no more than this beyond the best are left
 LOOSE = 0.05  # the same where no value is inside the limits
-STRETCH = 1.1
+STRETCH, BEND = 1.1, 2.0  # twice what a bend of one sign adds
 ROUGH = 100.0  # so much wider are the finest cells where Newton got nowhere from both ends
 STEPS = 12  # of Newton, at most, for a sample
 
@@ -61,7 +61,7 @@ def cell_bound(T, A, limits, before, a, b, after):
             if after >= 0:
                 d = T[after] - T[b]
                 bend = max(bend, abs(here / h - way(Q[b, j], Q[after, j], j < 7) / d) / (h + d))
-            length = STRETCH * abs(here) + h * h * bend
+            length = STRETCH * abs(here) + BEND * h * h * bend
             if j == 7:
                 if Q[a, 7] + Q[b, 7] + length < 0.0:
                     bound = -math.inf
@@ -101,9 +101,10 @@ def best(
 ):  # fmt: skip
     """For every branch of every pose the redundancy, value (m, 8), that keeps the joints farthest from their limits.
 
-    low, high: range of t; narrow: cells no wider are not halved. spare: 0 for an exact structure; else samples that are nearer than this (radians) to the best are polished
-    on the axes `true_arm` (at most `steps` Newton steps in the end), `locked` as in `polish`, and count if they come to `enough`.
-    residual (m, 8) of these. Rows as `seven`.
+    low, high: range of t. narrow: cells no wider are not halved. An exact structure: one arm, spare 0. Else arms (2, ...) are the
+    near structure as it is and with roots kept that it misses by little; samples that are nearer than `spare` radians to the best
+    are polished on the axes `true_arm` (the last ones with at most `steps` Newton steps; `locked` as in `polish_row`), and count if
+    they come to `enough`. residual (m, 8) of these; rows as `seven`.
     """
     turns = arms.shape[0]
     T, A, U = np.empty((8, NODES)), np.empty((8, turns, NODES, 8)), np.empty((8, NODES))
