@@ -18,11 +18,11 @@ from ._screw_kernels import load_pose, seeded
 from ._seven_kernels import rows7
 
 CELLS = 64  # to begin with
-SCATTER = 24
+SCATTER = 24  # has no divisor in common with their number of ends
 NODES = 256  # samples of a branch, at most
 CLOSE = 1e-3  # radians: cells that promise no more than this beyond the best are left
 LOOSE = 0.05  # the same where no value is inside the limits
-STRETCH = 1.1
+STRETCH, BEND = 1.1, 2.0  # twice what a bend of one sign adds
 ROUGH = 100.0  # so much wider are the finest cells where Newton got nowhere from both ends
 STEPS = 12  # of Newton, at most, for a sample
 
@@ -45,26 +45,32 @@ def way(a, b, round_):
 
 @inner
 def cell_bound(T, A, limits, before, a, b, after):
-    """What the room in the cell from node a to node b is at most; -inf where the branch does not exist in it."""
-    h = T[b] - T[a]
-    bound = math.inf
-    for j in range(7, -1, -1):
-        here = way(A[a, j], A[b, j], j < 7)
-        bend = 0.0
-        if before >= 0:
-            d = T[a] - T[before]
-            bend = abs(here / h - way(A[before, j], A[a, j], j < 7) / d) / (h + d)
-        if after >= 0:
-            d = T[after] - T[b]
-            bend = max(bend, abs(here / h - way(A[b, j], A[after, j], j < 7) / d) / (h + d))
-        length = STRETCH * abs(here) + h * h * bend
-        if j == 7:
-            if A[a, 7] + A[b, 7] + length < 0.0:
-                return -math.inf
-        else:
-            x, y, lower, upper = A[a, j], A[b, j], limits[0, j], limits[1, j]
-            bound = min(bound, 0.5 * (min(x - lower, upper - x) + min(y - lower, upper - y) + length))
-    return bound
+    """What the room in the cell from node a to node b is at most; -inf where the branch does not exist in it.
+
+    T (nodes,), A (kinds, nodes, 8): t, and by kind of row the angles and `good`. The larger bound of all kinds counts.
+    """
+    h, most = T[b] - T[a], -math.inf
+    for kind in range(A.shape[0]):
+        Q, bound = A[kind], math.inf
+        for j in range(7, -1, -1):
+            here = way(Q[a, j], Q[b, j], j < 7)
+            bend = 0.0
+            if before >= 0:
+                d = T[a] - T[before]
+                bend = abs(here / h - way(Q[before, j], Q[a, j], j < 7) / d) / (h + d)
+            if after >= 0:
+                d = T[after] - T[b]
+                bend = max(bend, abs(here / h - way(Q[b, j], Q[after, j], j < 7) / d) / (h + d))
+            length = STRETCH * abs(here) + BEND * h * h * bend
+            if j == 7:
+                if Q[a, 7] + Q[b, 7] + length < 0.0:
+                    bound = -math.inf
+                    break
+            else:
+                x, y, lower, upper = Q[a, j], Q[b, j], limits[0, j], limits[1, j]
+                bound = min(bound, 0.5 * (min(x - lower, upper - x) + min(y - lower, upper - y) + length))
+        most = max(most, bound)
+    return most
 
 
 @inner
@@ -75,8 +81,10 @@ def widest(U, T, A, after, active, count, best, spare, narrow):
     while c < count:
         a = active[c]
         b, u = after[a], U[a]
-        finest = ROUGH * narrow if spare > 0.0 and A[a, 7] < 0.0 and A[b, 7] < 0.0 else narrow
-        if (u > level or (best < 0.0 and u > -spare)) and T[b] - T[a] > finest:
+        h, nowhere = T[b] - T[a], spare > 0.0 and A[0, a, 7] < 0.0 and A[0, b, 7] < 0.0
+        if (u > level or (best < 0.0 and u > -spare)) and h > (ROUGH * narrow if nowhere else narrow):
+            if nowhere:  # last, and evenly
+                u = h - 1e9
             if u > top:
                 top, pick = u, a
             c += 1
@@ -93,18 +101,19 @@ def best(
 ):  # fmt: skip
     """For every branch of every pose the redundancy, value (m, 8), that keeps the joints farthest from their limits.
 
-    low, high: range of t; narrow: cells no wider are not halved. spare: 0 for an exact structure; else samples that are nearer than this (radians) to the best are polished
-    on the axes `true_arm` (at most `steps` Newton steps in the end), `locked` as in `polish`, and count if they come to `enough`.
-    residual (m, 8) of these. Rows as `seven`.
+    low, high: range of t. narrow: cells no wider are not halved. An exact structure: one arm, spare 0. Else arms (2, ...) are the
+    near structure as it is and with roots kept that it misses by little; samples that are nearer than `spare` radians to the best
+    are polished on the axes `true_arm` (the last ones with at most `steps` Newton steps; `locked` as in `polish_row`), and count if
+    they come to `enough`. residual (m, 8) of these; rows as `seven`.
     """
-    T, A, U = np.empty((8, NODES)), np.empty((8, NODES, 8)), np.empty((8, NODES))
+    turns = arms.shape[0]
+    T, A, U = np.empty((8, NODES)), np.empty((8, turns, NODES, 8)), np.empty((8, NODES))
     before, after = np.empty((8, NODES), np.int64), np.empty((8, NODES), np.int64)
     active, count = np.empty((8, NODES), np.int64), np.empty(8, np.int64)
     cell, top, nearest = np.empty(8, np.int64), np.empty(8), np.empty(8)
-    at, rows, good, loose = np.empty(8), np.empty((16, 7)), np.empty(8), np.empty(8)
+    at, rows, good, loose = np.empty(8), np.empty((16, 7)), np.empty(16), np.empty(8)
     raw = np.empty(8, np.bool_)
     work, flat = np.empty((13, 7)), rows.reshape(-1)
-    turns = arms.shape[0]
     arm, start = arms[0], 8 * (turns - 1)
     for i in range(motors.shape[0]):
         pose, true_pose = load_pose(motors, i, arm, 7), load_pose(motors, i, true_arm, 7)
@@ -132,34 +141,40 @@ def best(
             for turn in range(turns):
                 q, g, held, miss = rows7(kind, arms[turn], limits, pose, load_lanes(at, 0, EIGHT), kept1, kept5)
                 store_records(flat, 8 * turn, q)
-                store_lanes(good, 0, g)
+                store_lanes(good, 8 * turn, g)
                 store_lanes(loose, 0, held)
                 gap[i] = min(gap[i], miss)
             for k in range(8):
                 if cell[k] < 0:
                     continue
-                row = rows[start + k]
+                row, exists = rows[start + k], good[start + k] >= 0.0
                 room, left, polished = room_of(row, limits), 0.0, False
-                T[k, node], A[k, node, 7] = at[k], good[k]
-                for j in range(7):
-                    A[k, node, j] = rows[k, j]
-                if spare > 0.0 and good[k] >= 0.0 and room > max(top[k], 0.0) - spare:
+                T[k, node] = at[k]
+                for turn in range(turns):
+                    A[k, turn, node, 7] = good[8 * turn + k]
+                    for j in range(7):
+                        A[k, turn, node, j] = rows[8 * turn + k, j]
+                if spare > 0.0 and exists and room > max(top[k], 0.0) - spare:
                     left, polished = polish_row(true_arm, limits, true_pose, row, locked, STEPS, False, work), True
-                    if left < enough:
+                    exists = left < enough
+                    for turn in range(turns):
+                        if exists:
+                            A[k, turn, node, 7] = good[start + k]
+                            for j in range(7):
+                                A[k, turn, node, j] = row[j]
+                        else:  # the angles of the near structure go on continuously
+                            A[k, turn, node, 7] = min(A[k, turn, node, 7], -1e-12)
+                    if exists:
                         room = room_of(row, limits)
-                        for j in range(7):
-                            A[k, node, j] = row[j]
-                    else:
-                        good[k] = A[k, node, 7] = -1e-12
-                exists = good[k] >= 0.0
-                if (exists and room > top[k]) or (not valid[i, k] and not exists and good[k] > nearest[k]):
+                near = A[k, turns - 1, node, 7]
+                if (exists and room > top[k]) or (not valid[i, k] and not exists and near > nearest[k]):
                     for j in range(7):
                         Q[i, k, j] = row[j]
                     value[i, k], valid[i, k], free[i, k] = at[k], exists, loose[k] > 0.5
                     if exists:
                         top[k], residual[i, k], raw[k] = room, left, spare > 0.0 and not polished
                     else:
-                        nearest[k] = good[k]
+                        nearest[k] = near
                 if trial > CELLS:
                     a = cell[k]
                     b = after[k, a]

@@ -38,9 +38,9 @@ def inverse(
     kind us5 (NAO, Pepper) also Point, a position alone, with the redundancies psi and q5; for the numerical search what
     `numerical_inverse` takes. All leading axes broadcast.
     phi, psi, q7, q1, q5: (...) the redundancy that `classify(robot)` names. Left out, it is that of the seed; without a
-    seed 0 for the built-in arms, else the value with the largest distance to the joint limits, for every branch its
-    own. seed: (..., n) where a free angle stays and a search starts. strict: the 5-DOF arm's whole gripper parallel
-    to the plane. closed_form=False, or a robot without one: `numerical_inverse(robot, target, seed=seed, **options)`.
+    seed the value with the largest distance to the joint limits, for every branch its own (phi: 0; nothing limited: 0).
+    seed: (..., n) where a free angle stays and a search starts. strict: the 5-DOF arm's whole gripper parallel to the
+    plane. closed_form=False, or a robot without one: `numerical_inverse(robot, target, seed=seed, **options)`.
     Unreachable targets are values: `.valid` is False and `.reason` says why. Raises InputError for what cannot be used.
     """
     structure = robot.memo.get("structure") or classify(robot)

@@ -19,6 +19,9 @@ _add_outer, _add_scaled = goals_of.add_outer.inline, goals_of.add_scaled.inline
 _damped_solve, _dot6 = goals_of.damped_solve.inline, goals_of.dot6.inline
 
 
+EXTRA, FINE = 2, 1e-2  # the last steps of what is within the tolerance
+
+
 @inner
 def error_of(M, row, goal, axis, rules, e):
     """`goal_error` of the tool pose M[row] -> e (14,)."""
@@ -87,9 +90,12 @@ def descend(
     parents, origins, kinds, axes, coords, mult, offs, lower, upper, goal, axis, rules, weight, iterations, tolerance, q,
     M, G, e, tried, trial, step,
 ):  # fmt: skip
-    """Levenberg-Marquardt from `trial` to q; leaves the error in e (14,)."""
+    """Levenberg-Marquardt from `trial` to q; leaves the error in e (14,).
+
+    Within the tolerance it takes EXTRA more steps at most, to FINE times it: the last ones gain many digits each.
+    """
     last = parents.shape[0] - 1
-    factor, cost, checked, k, refused = 1e-2, np.inf, np.inf, 0, 0
+    factor, cost, checked, k, refused, extra = 1e-2, np.inf, np.inf, 0, 0, 0
     # one loop, so that frames and error are compiled once: each turn judges `trial`, then makes the next one
     while True:
         frames_into(parents, origins, kinds, axes, coords, mult, offs, trial, M)
@@ -100,7 +106,11 @@ def descend(
                 q[c] = trial[c]
             store_records(e, 0, load_records(tried, 0, 14, ONE))
             cost = new_cost
-            if (e[12] <= tolerance and e[13] <= tolerance) or k >= iterations:
+            if e[12] <= tolerance and e[13] <= tolerance:
+                if extra == EXTRA or (e[12] <= FINE * tolerance and e[13] <= FINE * tolerance):
+                    return
+                extra += 1
+            elif k >= iterations:
                 return
             if k % 8 == 7:
                 if cost > 0.9 * checked:  # eight steps gained less than a twentieth of the error: a local minimum
@@ -110,6 +120,8 @@ def descend(
             factor, refused = max(factor * 0.2, 1e-6), 0
             k += 1
         else:
+            if extra > 0:
+                return
             refused += 1
             if refused == 12 or not cost < np.inf:
                 return

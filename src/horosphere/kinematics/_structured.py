@@ -111,7 +111,7 @@ def structured_inverse(
     """All branches of a classified chain for a pose of its tip. Radians, metres, base frame.
 
     parameter: (...) value of the redundancy (q7, q1 or psi); default: that of `seed` (..., n), and without a seed the
-    value with the largest distance to the joint limits, for every branch its own (in `.free`).
+    value with the largest distance to the joint limits, for every branch its own (in `.free`); 0 for a robot without limits.
     """
     made = robot.memo.get("ik solver") or solver(robot)
     structure, n = made.structure, made.joints
@@ -136,6 +136,8 @@ def structured_inverse(
         value = np.array(np.broadcast_to(given, batch)).reshape(-1)
     elif redundant and seed is not None:
         value = psi_of(made, kept) if structure.name == "srs7" else kept[:, 0 if structure.is_reversed else 6].copy()
+    if redundant and value is None and not np.isfinite(made.limits).any():
+        value = np.zeros(len(motors))
     if redundant and value is None:
         q, valid, gap, free, residual, values = _best(made, motors, kept)
         shown = values.reshape(*batch, made.branches)
