@@ -29,13 +29,17 @@ ROUNDING = 1.0 / np.cos(np.pi / SIDES) - 1.0
 
 @dataclass(frozen=True, slots=True)
 class CoverOptions:
-    """How geometry is covered: by what, at most how many bodies a link (for its meshes), until what slack (m)."""
+    """How geometry is covered: by what, at most how many bodies a link (for its meshes), until what slack (m).
+
+    `share`: of the slack that is the default for the size of the geometry.
+    """
 
     kind: Kind = "capsules"
     budget: int | None = None
     tolerance: float | None = None
     geometry: Source = "auto"
     seed: int = 0
+    share: float = 1.0
 
     def __post_init__(self) -> None:
         if self.kind not in BUDGETS:
@@ -58,7 +62,7 @@ class CoverOptions:
 
     def tolerance_for(self, size: float) -> float:
         """Slack (m) at which geometry of this size (m, its longest side) is covered well enough."""
-        return min(TOLERANCE, 0.2 * size) if self.tolerance is None else float(self.tolerance)
+        return self.share * min(TOLERANCE, 0.2 * size) if self.tolerance is None else float(self.tolerance)
 
 
 @dataclass(frozen=True, slots=True)

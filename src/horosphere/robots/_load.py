@@ -13,6 +13,7 @@ from ..errors import InputError, unknown_name
 from ..numeric import at_most
 from . import _builtin, _chain, _pairs, _placement
 from ._bodies import Body, as_balls
+from ._closer import closer_covers
 from ._cover import CoverOptions, LinkCover, cover_link
 from ._document import load_document, pack
 from ._robot import Robot
@@ -139,7 +140,6 @@ def _from_urdf(path: Path, given: Given, options: CoverOptions) -> Robot:
                 tell(f"covering {link.name} ({shaped.index(link.name) + 1} of {len(shaped)})")
             covers[link.name] = cover_link(urdf, link.name, options, files)
     tell("choosing the pairs of links to check")
-    notes += _cover_notes(covers, options)
     robot = Robot(
         name=urdf.name,
         links=tuple(chain.links),
@@ -148,10 +148,14 @@ def _from_urdf(path: Path, given: Given, options: CoverOptions) -> Robot:
         limits=chain.limits(),
         source=str(path),
     )
+
+    def closer(name: str) -> LinkCover:
+        tell(f"covering {name} more closely")
+        return cover_link(urdf, name, replace(options, share=0.5), files)
+
     bodies = {name: found.bodies for name, found in covers.items()}
-    troubled = {name for name, found in covers.items() if found.problems}
-    surfaces = {name: found.surface for name, found in covers.items() if found.surface is not None}
-    return _finish(robot, bodies, sidecar, given.link_radius, notes, troubled, srdf, surfaces)
+    again = closer if options.tolerance is None else None
+    return _finish(robot, bodies, sidecar, given.link_radius, notes, options, srdf, covers, again)
 
 
 def _cover_notes(covers: Mapping[str, LinkCover], options: CoverOptions) -> list[str]:
@@ -198,7 +202,7 @@ def _with_bodies(
     notes = [note for note in robot.notes if "checked" not in note]
     if options.kind == "spheres":
         notes.append("collision model: balls along the capsules")
-    return _finish(robot, bodies, given, link_radius, notes, set(), None)
+    return _finish(robot, bodies, given, link_radius, notes, options)
 
 
 def _finish(
@@ -207,12 +211,18 @@ def _finish(
     given: dict[str, list[Body]],
     link_radius: float | None,
     notes: list[str],
-    troubled: set[str],
-    srdf: Srdf | None,
-    surfaces: Mapping[str, Any] | None = None,
+    options: CoverOptions,
+    srdf: Srdf | None = None,
+    covers: Mapping[str, LinkCover] | None = None,
+    closer: Callable[[str], LinkCover] | None = None,
 ) -> Robot:
-    """Put the collision model together, choose the self-collision pairs, and say what was done."""
-    bodies = bodies | given
+    """Put the collision model together, choose the self-collision pairs, and say what was done.
+
+    `covers`: where bodies come from; `closer` makes one again, where links would seem to touch often.
+    """
+    bodies, covers = bodies | given, dict(covers or {})
+    troubled = {name for name, found in covers.items() if found.problems}
+    surfaces = {name: found.surface for name, found in covers.items() if found.surface is not None}
     by_radius: list[str] = []
     if link_radius is not None:
         for index in robot.chain:
@@ -223,6 +233,14 @@ def _finish(
                     by_radius.append(name)
     packed = pack(bodies, list(robot.link_names))
     pairs, table, dropped = _pairs.choose_pairs(robot.links, robot.limits, packed, srdf, surfaces=surfaces)
+    again = closer_covers(robot.links, robot.limits, covers, table, closer) if closer else {}
+    if again:
+        covers, bodies = covers | again, bodies | {name: found.bodies for name, found in again.items()}
+        packed = pack(bodies, list(robot.link_names))
+        pairs, table, dropped = _pairs.choose_pairs(robot.links, robot.limits, packed, srdf, surfaces=surfaces)
+    notes += _cover_notes(covers, options)
+    if again:
+        notes.append(f"covered to half the usual tolerance, since their bodies overlapped often: {', '.join(again)}")
     bare = sorted(troubled - {name for name, found in bodies.items() if found})
     partly = sorted(troubled - set(bare) - set(given))
     if given:

@@ -69,7 +69,7 @@ def choose_pairs(
     owners = [int(i) for i in np.unique(capsules.link)]
     group = rigid_groups(links)
     neighbour = neighbours(links, group, {int(group[i]) for i in owners})
-    sampler = _Sampler(links, limits, capsules)
+    sampler = Sampler(links, limits, capsules)
     table: list[LinkPair] = []
     kept: list[tuple[int, int]] = []
     notes: list[str] = []
@@ -115,7 +115,7 @@ def judge(
     robot: Robot, pairs: Sequence[tuple[int, int]], group: NDArray[np.int64], allowed: Collection[str]
 ) -> tuple[tuple[LinkPair, ...], NDArray[np.int64], list[str]]:
     """The same for pairs (link, object) of an object that does not overlap its neighbours by design: rows, pairs, notes."""
-    sampler = _Sampler(robot.links, robot.limits, robot.capsules)
+    sampler = Sampler(robot.links, robot.limits, robot.capsules)
     table, kept, seen = [], [], []
     for i, j in pairs:
         first, second = robot.links[i].name, robot.links[j].name
@@ -184,7 +184,7 @@ def _by_geometry(first: str, second: str, share: float, gap: float) -> LinkPair:
     return LinkPair(first, second, False, f"never touching: {why}", share)
 
 
-class _Sampler:
+class Sampler:
     """Overlaps of links in random configurations."""
 
     def __init__(self, links: Sequence[Link], limits: Limits, capsules: Capsules) -> None:
