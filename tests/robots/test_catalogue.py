@@ -140,3 +140,22 @@ def test_a_robot_is_checked_when_it_is_made():
         robots.Limits(*np.array([[1.0], [0.0], [1], [1], [1]]))
     with pytest.raises(InputError, match="negative radius"):
         robots.Capsules(np.zeros(1, int), np.zeros((1, 3)), np.zeros((1, 3)), np.array([-1.0]))
+
+
+@pytest.mark.parametrize("name", ["panda", "humanoid-arm"])
+def test_a_robot_file_that_was_cut_off_is_refused(name, tmp_path):
+    """At the end of whatever line: it would be a robot with fewer bodies, or with pairs that nobody checks."""
+    robot = robots.load(name)
+    robots.save(robot, tmp_path / "whole.yaml")
+    lines = (tmp_path / "whole.yaml").read_text().splitlines(keepends=True)
+    assert f"holds: {{links: {len(robot.links)}, capsules: {len(robot.capsules)}, pairs: " in "".join(lines)
+    end = max(k for k, line in enumerate(lines) if line.startswith(("- links:", "- [")))  # where the last pair begins
+    seed = len(lines)
+    print("seed", seed)
+    for cut in [end, *np.random.default_rng(seed).integers(1, end, 12).tolist()]:
+        (tmp_path / "cut.yaml").write_text("".join(lines[:cut]))
+        with pytest.raises(InputError):
+            robots.load(tmp_path / "cut.yaml")
+    (tmp_path / "cut.yaml").write_text("".join(lines).replace("capsules: ", "capsules: 9", 1))
+    with pytest.raises(InputError, match=r"says that it holds 9.* capsules, it holds .*cut off.*take it out"):
+        robots.load(tmp_path / "cut.yaml")

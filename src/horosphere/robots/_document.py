@@ -11,6 +11,7 @@
     tool: {xyz: [0, 0, 0.3]}
     closed_form: {srs_arm: {dbs: 0.1, ...}}       # optional
     capsules: {arm: {radius: 0.04}}               # optional, as in a capsule file
+    holds: {links: 2, capsules: 1, pairs: 0}      # optional; a file that was cut off holds fewer
 
 A frame is `xyz` (metres) with `rpy` (radians) or `rpy_deg`, or the eight numbers of `motor`. Angles may be written as
 '90 deg'.
@@ -33,7 +34,7 @@ from ._sidecar import read_capsules, read_yaml
 
 _TOP = (
     *("horosphere/robot", "name", "source", "notes", "links", "tip", "tool", "closed_form", "capsules"),
-    *("self_pairs", "pairs", "allowed_obstacles"),
+    *("self_pairs", "pairs", "allowed_obstacles", "holds"),
 )
 _FRAME = ("xyz", "rpy", "rpy_deg", "motor")
 _LINK = ("name", "parent", "joint", "type", "axis", "limits", "mimic", *_FRAME)
@@ -100,6 +101,7 @@ def build(document: Any, place: str) -> Robot:
     capsules = pack(
         read_capsules(_mapping(table.get("capsules", {}), names, f"{place}: capsules"), links, tip, tool), names
     )
+    _check_held(table, len(links), len(capsules), place)
     pairs, pair_table, dropped = _self_pairs(table, names, place) or _pairs.choose_pairs(links, limits, capsules)
     return Robot(
         name=str(table.get("name", "robot")),
@@ -120,11 +122,29 @@ def build(document: Any, place: str) -> Robot:
     )
 
 
+def _check_held(table: Mapping[str, Any], links: int, capsules: int, place: str) -> None:
+    """What the file says that it holds; half a file is YAML, too, of a robot with fewer bodies and fewer pairs that are checked."""
+    if "holds" not in table:
+        return
+    pairs = table.get("pairs", table.get("self_pairs"))
+    found = {"links": links, "capsules": capsules, "pairs": len(pairs) if isinstance(pairs, list) else 0}
+    for what, said in _mapping(table["holds"], tuple(found), f"{place}: holds").items():
+        if said != found[what]:
+            raise InputError(
+                f"it says that it holds {said} {what}, it holds {found[what]}",
+                place=place,
+                remedy="it was cut off: write it again; or it was edited: correct `holds`, or take it out",
+            )
+
+
 def _self_pairs(
     table: Mapping[str, Any], names: list[str], place: str
 ) -> tuple[np.ndarray, tuple[LinkPair, ...], list[str]] | None:
     """The pairs that a file gives, if it does: `pairs` with the reasons, or `self_pairs`, those that are checked."""
     rows: list[LinkPair] = []
+    for key in ("pairs", "self_pairs"):
+        if not isinstance(table.get(key, []), list):
+            raise InputError("expected a list", place=f"{place}: {key}", remedy="without the field they are chosen")
     if "pairs" in table:
         for k, raw in enumerate(table["pairs"]):
             where = f"{place}: pairs[{k}]"

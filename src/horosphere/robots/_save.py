@@ -60,7 +60,9 @@ def as_yaml(robot: Robot) -> str:
     for k in range(len(caps)):
         item = {"a": caps.a[k].tolist(), "b": caps.b[k].tolist(), "radius": float(caps.radius[k]), "note": caps.note[k]}
         bodies.setdefault(names[caps.link[k]], []).append(item)
-    document: dict[str, Any] = {"horosphere/robot": 1, "name": robot.name, "source": robot.source, "links": entries}
+    document: dict[str, Any] = {"horosphere/robot": 1, "name": robot.name, "source": robot.source}
+    held = {"links": len(robot.links), "capsules": len(caps), "pairs": len(robot.pair_table or robot.self_pairs)}
+    document |= {"holds": held, "links": entries}  # before what it counts: it outlives a cut
     document |= {"tip": names[robot.tip], "tool": {"motor": robot.tool.tolist()}, "capsules": bodies}
     if robot.pair_table:
         document["pairs"] = [_pair_entry(pair) for pair in robot.pair_table]
