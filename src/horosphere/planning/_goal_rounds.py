@@ -110,12 +110,8 @@ def _over_places(robot: Robot, target: Any, near: Floats | None, rng: np.random.
     """Places of a point, a line or a plane, nearest to the start first, the orientation drawn at random."""
     tool = None if near is None else kinematics.forward(robot, near).as_matrix()[:3, 3]
     places = places_of(robot, target, tool)
-    if places.beyond > 0.0:
-        yield _lost(
-            robot,
-            places.center,
-            f"{places.noun} is {places.beyond:.3g} m further from the first joint than the arm spans: ",
-        )
+    if places.is_beyond:
+        yield _lost(robot, places.center, f"{places.noun} is ")
         return
     alone = isinstance(target, PositionTarget) and kinematics.classify(robot).position is not None
     how = "drawn over orientations" if isinstance(target, PositionTarget) else "drawn over places and orientations"

@@ -24,14 +24,14 @@ class Places:
     """The part of a goal that the arm spans: a point, a segment or a disc, about `center` (3,) along `axes` (d, 3), in metres.
 
     `first` (k, 3): places that are looked at before others: the nearest to the tool at the start, the goal's own point, the
-    nearest to the first joint. `beyond`: metres from the arm's span to the goal, where it does not reach it at all.
+    nearest to the first joint. `is_beyond`: the goal is further away than the arm spans.
     """
 
     first: Floats
     center: Floats
     axes: Floats
     radius: float
-    beyond: float = 0.0
+    is_beyond: bool = False
     noun: str = "the point"
 
     def spread(self, begin: int, count: int, share: float, shift: Floats) -> Floats:
@@ -73,7 +73,7 @@ def places_of(robot: Robot, target: PositionTarget | LineTarget | PlaneTarget, t
         far = float(np.linalg.norm(along))
         if far <= radius or point is tool:
             found.append(center + along * min(1.0, radius / max(far, 1e-300)) @ axes)
-    return Places(np.array([*found, center]), center, axes, radius, max(away - span, 0.0), noun)
+    return Places(np.array([*found, center]), center, axes, radius, away > span, noun)
 
 
 def _across(normal: Floats) -> Floats:
