@@ -18,6 +18,7 @@ from ._wrist_arms import pose_residual, reach_reasons
 
 Floats = NDArray[np.float64]
 _EXACT = 1e-11  # metres: structures missed by more are polished on the true axes
+_NARROW = 1e-6  # radians of the redundancy, to which ends of existence are looked for: nearer to singular ones rows lose digits
 _POLISHED = 1e-10  # residual (m, rad) that a polished row must reach
 _STEPS = 40  # of Newton, at most: from double roots it converges only by halves
 _SPARE = (
@@ -193,7 +194,7 @@ def _best(made: Solver, motors: Floats, seeds: Floats):
         arms = np.stack([made.arm, made.arm])
         arms[:, 2 * made.joints + 4, 2] = 0.0, min(_SOFT * gap, made.arm[2 * made.joints + 4, 2])
     best(
-        made.kind, arms, made.true_arm, made.limits, float(low), float(high), locked, spare, max(1e-10, 0.1 * gap),
+        made.kind, arms, made.true_arm, made.limits, float(low), float(high), locked, spare, max(_NARROW, 0.1 * gap),
         _POLISHED, _STEPS, motors, seeds, value, q, valid, missing, free, residual,
     )  # fmt: skip
     return q, valid, missing, free, residual if spare > 0.0 else None, value
