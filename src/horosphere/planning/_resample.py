@@ -138,7 +138,7 @@ def _spline(trajectory: Trajectory, h: float, limits: tuple[Floats, Floats, Floa
     k = np.clip((at / step).astype(int), 0, len(q))
     u = (at / step - k)[:, None]
     weights = ((1.0 - u) ** 3, 4.0 - 6.0 * u**2 + 3.0 * u**3, 1.0 + 3.0 * u + 3.0 * u**2 - 3.0 * u**3, u**3)
-    positions = sum(weight * points[k + i] for i, weight in enumerate(weights)) / 6.0
+    positions = np.sum([weight * points[k + i] for i, weight in enumerate(weights)], axis=0) / 6.0
     rates = ((1.0 - u) ** 2 * first[k] + (1.0 + 2.0 * u - 2.0 * u**2) * first[k + 1] + u**2 * first[k + 2]) / 2.0
     pushes = (1.0 - u) * second[k] + u * second[k + 1]
     return _sampled(trajectory, h, stretch, positions, rates, pushes)
