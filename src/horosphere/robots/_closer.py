@@ -30,7 +30,8 @@ def closer_covers(
     """
     index = {link.name: k for k, link in enumerate(links)}
     pairs = [row for row in table if (row.touching or 0.0) >= OFTEN and (row.checked or row.reason.startswith(BLIND))]
-    pairs = [row for row in pairs if row.first in covers and row.second in covers]
+    bodied = {name for name, cover in covers.items() if cover.bodies}  # others have theirs from a capsule file
+    pairs = [row for row in pairs if row.first in bodied and row.second in bodied]
     names = sorted({name for row in pairs for name in (row.first, row.second)}, key=index.__getitem__)
     made = {name: closer(name) for name in names}
 
