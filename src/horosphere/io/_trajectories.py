@@ -10,6 +10,7 @@ import numpy as np
 
 from .._atomic import writing
 from ..errors import InputError
+from ..numeric import is_number
 from ..scenes import Trajectory
 
 _CUT_OFF = "was it cut off? copy or write it again"
@@ -119,7 +120,7 @@ def _load_csv(path: Path) -> Trajectory:
     if not rows:
         raise InputError("the file is empty")
     header = [cell.strip() for cell in rows[0][1]]
-    if all(_is_number(cell.replace(",", ".")) for cell in header):
+    if all(is_number(cell.replace(",", ".")) for cell in header):
         raise InputError(
             "no header", place=f"{path}:1", remedy="the first line names the columns: time, then one name per joint"
         )
@@ -136,11 +137,11 @@ def _load_csv(path: Path) -> Trajectory:
         if len(row) != len(header):
             raise InputError(f"expected {len(header)} values as in the header, got {len(row)}", place=f"{path}:{line}")
         for j, cell in enumerate(row):
-            if not _is_number(cell) or not np.isfinite(float(cell)):
+            if not is_number(cell) or not np.isfinite(float(cell)):
                 raise InputError(
                     f"{header[j]}: expected a finite number, got {_short(cell)}",
                     place=f"{path}:{line}:{j + 1}",
-                    remedy="write decimal points" if _is_number(cell.replace(",", ".", 1)) and "," in cell else None,
+                    remedy="write decimal points" if is_number(cell.replace(",", ".", 1)) and "," in cell else None,
                 )
             table[i, j] = float(cell)
     names = [name for name in header if name != "time" and not name.endswith((".velocity", ".acceleration"))]
@@ -160,14 +161,6 @@ def _load_csv(path: Path) -> Trajectory:
 
 def _short(text: str) -> str:
     return repr(text if len(text) <= 60 else f"{text[:57]}...")
-
-
-def _is_number(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True
 
 
 def _save_mcap(trajectory: Trajectory, path: Path) -> None:

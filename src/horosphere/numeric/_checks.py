@@ -46,3 +46,12 @@ def _converted(value: ArrayLike, name: str) -> NDArray[np.float64]:
         raise
     except (TypeError, ValueError) as error:
         raise InputError(f"expected numbers, got {type(value).__name__} ({error})", place=name) from None
+
+
+def is_number(text: str) -> bool:
+    """Whether a cell of a text file is a number; "nan" and "inf" are."""
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from .._whole import ply_header, require_whole
 from ..errors import InputError
+from ..numeric import is_number
 from ._files import suffix_of
 
 CLOUDS = (".npy", ".npz", ".csv", ".xyz", ".ply")
@@ -132,7 +133,7 @@ def _text(path: Path, notes: list[str]) -> Floats:
         return np.zeros((0, 3))
     header, count = None, None
     first = _cells(lines[data[0]])
-    if not _is_number(first[0]):
+    if not is_number(first[0]):
         header, data = first, data[1:]
     elif len(first) == 1 and first[0].isdigit():
         count, data = int(first[0]), data[1:]
@@ -189,7 +190,7 @@ def _table(lines: list[str], data: list[int]) -> Floats:
         columns = len(rows[0].split(separator))
         for k, row in zip(data, rows):
             cells = [cell.strip() for cell in row.split(separator)]
-            bad = next((cell for cell in cells if not _is_number(cell)), None)
+            bad = next((cell for cell in cells if not is_number(cell)), None)
             if bad is not None:
                 remedy = _DECIMALS if "," in bad or " " in bad else None
                 raise InputError(f"line {k + 1}: expected a number, got {bad!r}", remedy=remedy) from None
@@ -198,11 +199,3 @@ def _table(lines: list[str], data: list[int]) -> Floats:
                     f"line {k + 1}: {len(cells)} numbers, {columns} in the lines before", remedy="was it cut off?"
                 ) from None
         raise InputError(str(error)) from None
-
-
-def _is_number(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True
