@@ -20,10 +20,8 @@ MOST = 64
 """Free postures that are kept of a goal that leaves the tool a place or an orientation."""
 _FEW = 6  # rounds after which few free postures will do
 _SHARE = 0.2  # of `options.time_limit` that the rounds after the first take at most
-_COMFORT, _COMFORT_COST = (
-    0.03,
-    2.0,
-)  # metres above the clearance asked; rad that a goal without them counts as further away
+_COMFORT = 0.03  # metres above the clearance asked
+_COMFORT_COST = 2.0  # radians that a goal without them counts as further away
 
 
 @dataclass(frozen=True, slots=True)

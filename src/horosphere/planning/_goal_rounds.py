@@ -31,11 +31,8 @@ Floats = NDArray[np.float64]
 
 ENOUGH = 16
 """Free postures after which a goal that leaves the tool free needs no more of them."""
-_ROWS, _LARGEST, _ROUNDS = (
-    64,
-    2048,
-    20,
-)  # postures of the first round, each doubles them up to a bound; rounds: 33,000 postures
+_ROWS, _LARGEST = 64, 2048  # postures of the first round, each doubles them up to a bound
+_ROUNDS = 20  # 33,000 postures in all
 _LOST = 3  # rounds after which a goal of which nothing was reached is taken for out of reach
 _SEEDS = 24  # of a numerical inverse at a pose
 _POSE_ROUNDS = 2, 6  # of a numerical inverse at a pose, without and with a redundancy
