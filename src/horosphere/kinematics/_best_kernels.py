@@ -6,19 +6,38 @@ of the way that the angle goes; the least of the joints' bounds bounds the room 
 angles and not much more where cells are narrow: STRETCH times it, and what the change of the slope from and to the neighbouring
 cells adds. This one figure is estimated, the rest is exact. `good`, negative where a branch does not exist, counts as one more joint
 that has to be positive; the angles go on continuously where it is.
+
+The samples of a pose are one array A (kinds of rows, nodes, ENTRIES, 8), the branches last: the angles, `good`, the room (-inf where
+the branch does not exist), whether an angle was kept, and the residual on the true axes, RAW where it was not asked for.
 """
 
 import math
 
 import numpy as np
 
-from ..kernels import EIGHT, inner, jit, load_lanes, spread, store_lanes, store_records
-from ._polish_kernels import polish_row
-from ._screw_kernels import load_pose, seeded
+from ..kernels import (
+    EIGHT,
+    inner,
+    jit,
+    kernel,
+    lane_abs,
+    lane_max,
+    lane_min,
+    lane_where_lt,
+    load_columns,
+    load_lanes,
+    round_even,
+    spread,
+    store_columns,
+    store_lanes,
+)
+from ._polish_kernels import polish_lanes
+from ._screw_kernels import load_pose, margin5, seeded
 from ._seven_kernels import rows7
 
+GOOD, ROOM, KEPT, LEFT, ENTRIES = 7, 8, 9, 10, 11
+RAW = -1.0
 CELLS = 64  # to begin with
-SCATTER = 24  # has no divisor in common with their number of ends
 NODES = 256  # samples of a branch, at most
 CLOSE = 1e-3  # radians: cells that promise no more than this beyond the best are left
 LOOSE = 0.05  # the same where no value is inside the limits
@@ -27,61 +46,98 @@ ROUGH = 100.0  # so much wider are the finest cells where Newton got nowhere fro
 STEPS = 12  # of Newton, at most, for a sample
 
 
+@kernel(1, d=None)
+def short_way(d):
+    """The angle d the short way round."""
+    return [d - 2.0 * math.pi * round_even(d * (0.5 / math.pi))]
+
+
+_short_way = short_way.inline
+
+
+@inner
+def cell_bound(A, before, a, b, after, h0, h, h1, limits):
+    """Lanes: what the room in the cells from node a to node b is at most; -inf where the branch does not exist in them.
+
+    Nodes by the place of their entries in the flat array A. h: widths of the cells, h0 and h1 of the neighbouring ones, inf where
+    there is none.
+    """
+    # BEND h^2 times the change of slope over the sum of the two widths
+    here0, back0 = BEND * h / (h + h0), BEND * h / (h + h0) * (h / h0)
+    here1, next1 = BEND * h / (h + h1), BEND * h / (h + h1) * (h / h1)
+    bound = spread(math.inf, EIGHT)
+    for j in range(GOOD):
+        x, y = load_lanes(A, a + 8 * j, EIGHT), load_lanes(A, b + 8 * j, EIGHT)
+        (here,) = _short_way(y - x)
+        (back,) = _short_way(x - load_lanes(A, before + 8 * j, EIGHT))
+        (ahead,) = _short_way(load_lanes(A, after + 8 * j, EIGHT) - y)
+        bend = lane_max(lane_abs(here0 * here - back0 * back), lane_abs(here1 * here - next1 * ahead))
+        lower, upper = limits[0, j], limits[1, j]
+        margins = lane_min(x - lower, upper - x) + lane_min(y - lower, upper - y)
+        bound = lane_min(bound, 0.5 * (margins + STRETCH * lane_abs(here) + bend))
+    x, y = load_lanes(A, a + 8 * GOOD, EIGHT), load_lanes(A, b + 8 * GOOD, EIGHT)
+    here, back, ahead = y - x, x - load_lanes(A, before + 8 * GOOD, EIGHT), load_lanes(A, after + 8 * GOOD, EIGHT) - y
+    bend = lane_max(lane_abs(here0 * here - back0 * back), lane_abs(here1 * here - next1 * ahead))
+    return lane_where_lt(x + y + STRETCH * lane_abs(here) + bend, 0.0, -math.inf, bound)
+
+
 @inner
 def room_of(q, limits):
-    """The least distance of a joint to its limits."""
-    room = math.inf
-    for j in range(7):
-        room = min(room, min(q[j] - limits[0, j], limits[1, j] - q[j]))
-    return room
+    """The least distance of one of the seven joints to its limits."""
+    room = lane_min(q[5] - limits[0, 5], limits[1, 5] - q[5])
+    return lane_min(margin5(q, limits), lane_min(room, lane_min(q[6] - limits[0, 6], limits[1, 6] - q[6])))
 
 
 @inner
-def way(a, b, round_):
-    """b - a, the short way round where it is an angle."""
-    d = b - a
-    return d - 2.0 * math.pi * math.floor(d / (2.0 * math.pi) + 0.5) if round_ else d
+def sample(kind, arms, limits, pose, kept1, kept5, at, A, node):
+    """Writes the rows at lanes of the redundancy as the entries of a node; returns the metres by which the wrist is out of reach."""
+    flat, gap = A.reshape(-1), math.inf
+    for turn in range(A.shape[0]):
+        q, good, held, miss = rows7(kind, arms[turn], limits, pose, at, kept1, kept5)
+        room = lane_where_lt(good, 0.0, -math.inf, room_of(q, limits))
+        store_columns(flat, 8 * ENTRIES * (turn * NODES + node), (*q, good, room, held, spread(RAW, EIGHT)))
+        gap = min(gap, miss)
+    return gap
 
 
 @inner
-def cell_bound(T, A, limits, before, a, b, after):
-    """What the room in the cell from node a to node b is at most; -inf where the branch does not exist in it.
-
-    T (nodes,), A (kinds, nodes, 8): t, and by kind of row the angles and `good`. The larger bound of all kinds counts.
-    """
-    h, most = T[b] - T[a], -math.inf
-    for kind in range(A.shape[0]):
-        Q, bound = A[kind], math.inf
-        for j in range(7, -1, -1):
-            here = way(Q[a, j], Q[b, j], j < 7)
-            bend = 0.0
-            if before >= 0:
-                d = T[a] - T[before]
-                bend = abs(here / h - way(Q[before, j], Q[a, j], j < 7) / d) / (h + d)
-            if after >= 0:
-                d = T[after] - T[b]
-                bend = max(bend, abs(here / h - way(Q[b, j], Q[after, j], j < 7) / d) / (h + d))
-            length = STRETCH * abs(here) + BEND * h * h * bend
-            if j == 7:
-                if Q[a, 7] + Q[b, 7] + length < 0.0:
-                    bound = -math.inf
-                    break
-            else:
-                x, y, lower, upper = Q[a, j], Q[b, j], limits[0, j], limits[1, j]
-                bound = min(bound, 0.5 * (min(x - lower, upper - x) + min(y - lower, upper - y) + length))
-        most = max(most, bound)
-    return most
+def settle(true_arm, limits, pose, A, nodes, locked, enough, steps, patient, memory):
+    """Polishes a node of every branch, nodes (8,), on the true axes and keeps what comes of it; no node of a branch: -1."""
+    work, q, sizes = memory[:98], memory[98:105], memory[105:].reshape(-1)
+    last = A.shape[0] - 1
+    for k in range(8):
+        sizes[k] = 0.0 if nodes[k] < 0 else 1.0
+        for j in range(7):
+            q[j, k] = A[last, max(nodes[k], 0), j, k]
+    left = polish_lanes(true_arm, limits, pose, q, load_lanes(sizes, 0, EIGHT), locked, steps, patient, work)
+    store_lanes(sizes, 0, left)
+    store_lanes(sizes, 8, room_of(load_columns(q.reshape(-1), 0, 7, EIGHT), limits))
+    for k in range(8):
+        node = nodes[k]
+        if node < 0:
+            continue
+        exists = sizes[k] < enough
+        for turn in range(A.shape[0]):
+            A[turn, node, LEFT, k] = sizes[k]
+            if exists:
+                A[turn, node, GOOD, k] = A[last, node, GOOD, k]
+                for j in range(7):
+                    A[turn, node, j, k] = q[j, k]
+                A[turn, node, ROOM, k] = sizes[8 + k]
+            else:  # the angles of the near structure go on continuously
+                A[turn, node, GOOD, k] = min(A[turn, node, GOOD, k], -1e-12)
+                A[turn, node, ROOM, k] = -math.inf
 
 
 @inner
-def widest(U, T, A, after, active, count, best, spare, narrow):
+def widest(U, T, A, k, after, active, count, best, spare, narrow):
     """(left node of the open cell that promises most or -1, number of open cells); closed ones leave `active`."""
     level = best + (CLOSE if best >= 0.0 else LOOSE)
     top, pick, c = -math.inf, -1, 0
     while c < count:
         a = active[c]
         b, u = after[a], U[a]
-        h, nowhere = T[b] - T[a], spare > 0.0 and A[0, a, 7] < 0.0 and A[0, b, 7] < 0.0
+        h, nowhere = T[b] - T[a], spare > 0.0 and A[0, a, GOOD, k] < 0.0 and A[0, b, GOOD, k] < 0.0
         if (u > level or (best < 0.0 and u > -spare)) and h > (ROUGH * narrow if nowhere else narrow):
             if nowhere:  # last, and evenly
                 u = h - 1e9
@@ -94,6 +150,95 @@ def widest(U, T, A, after, active, count, best, spare, narrow):
     return pick, count
 
 
+@inner
+def leading(A, nodes, k, wary, spare):
+    """Of branch k the node with most room among those whose room counts, and among the others, each with its room; -1 for none.
+
+    While nothing is wary all count, else only the settled rows and those that are outside the limits whatever `spare` does.
+    """
+    last = A.shape[0] - 1
+    sure, best, other, most = -1, -math.inf, -1, -math.inf
+    for node in range(nodes):
+        room = A[last, node, ROOM, k]
+        if not wary or room <= -spare or A[last, node, LEFT, k] != RAW:
+            if room > best:
+                sure, best = node, room
+        elif room > most:
+            other, most = node, room
+    return sure, best, other, most
+
+
+@inner
+def bound_grid(flat, kinds, even, limits, U, bounds):
+    """U (8, nodes): the bounds of the cells to begin with."""
+    size = 8 * ENTRIES
+    for a in range(CELLS):
+        promise, first, behind = spread(-math.inf, EIGHT), max(a - 1, 0), min(a + 2, CELLS)
+        h0, h1 = even if a > 0 else math.inf, even if a + 2 <= CELLS else math.inf
+        for turn in range(kinds):
+            u = size * turn * NODES
+            of_kind = cell_bound(
+                flat, u + size * first, u + size * a, u + size * (a + 1), u + size * behind,
+                spread(h0, EIGHT), spread(even, EIGHT), spread(h1, EIGHT), limits,
+            )  # fmt: skip
+            promise = lane_max(promise, of_kind)
+        store_lanes(bounds, 0, promise)
+        for k in range(8):
+            U[k, a] = bounds[0, k]
+
+
+@inner
+def choose_cells(U, T, A, before, after, active, count, top, spare, narrow, low, node, cell, at, near, widths):
+    """The cell (8,) of every branch that is to be halved, by its left node or -1, and how many there are.
+
+    at (8,): the middles, to become the node `node`. near (8, 5): the nodes on both sides, widths (4, 8) between them.
+    """
+    number = 0
+    for k in range(8):
+        cell[k], count[k] = widest(U[k], T[k], A, k, after[k], active[k], count[k], top[k], spare, narrow)
+        if cell[k] < 0:
+            at[k], near[k], widths[:, k] = low, 0, 1.0
+            continue
+        number += 1
+        a = cell[k]
+        b = after[k, a]
+        at[k] = 0.5 * (T[k, a] + T[k, b])
+        first, behind = before[k, a], after[k, b]
+        near[k, 0], near[k, 1], near[k, 2], near[k, 3] = max(first, 0), a, node, b
+        near[k, 4] = behind if behind >= 0 else b
+        widths[0, k] = T[k, a] - T[k, first] if first >= 0 else math.inf
+        widths[1, k], widths[2, k] = at[k] - T[k, a], T[k, b] - at[k]
+        widths[3, k] = T[k, behind] - T[k, b] if behind >= 0 else math.inf
+    return number
+
+
+@inner
+def bound_halves(A, near, widths, limits, around, bounds):
+    """bounds (2, 8) of the left and right halves of the cells that are halved."""
+    left, right = spread(-math.inf, EIGHT), spread(-math.inf, EIGHT)
+    h0, h1, h2, h3 = load_columns(widths.reshape(-1), 0, 4, EIGHT)
+    w = around.reshape(-1)
+    for turn in range(A.shape[0]):
+        for k in range(8):
+            for n in range(5):
+                for j in range(8):
+                    around[n, j, k] = A[turn, near[k, n], j, k]
+        left = lane_max(left, cell_bound(w, 0, 64, 128, 192, h0, h1, h2, limits))
+        right = lane_max(right, cell_bound(w, 64, 128, 192, 256, h1, h2, h3, limits))
+    store_lanes(bounds, 0, left)
+    store_lanes(bounds, 8, right)
+
+
+@inner
+def nearest(A, nodes, k):
+    """The node where branch k misses by least."""
+    last, found, most = A.shape[0] - 1, 0, -math.inf
+    for node in range(nodes):
+        if A[last, node, GOOD, k] > most:
+            found, most = node, A[last, node, GOOD, k]
+    return found
+
+
 @jit
 def best(
     kind, arms, true_arm, limits, low, high, locked, spare, narrow, enough, steps, motors, seeds, value, Q, valid, gap, free,
@@ -102,97 +247,93 @@ def best(
     """For every branch of every pose the redundancy, value (m, 8), that keeps the joints farthest from their limits.
 
     low, high: range of t. narrow: cells no wider are not halved. An exact structure: one arm, spare 0. Else arms (2, ...) are the
-    near structure as it is and with roots kept that it misses by little; samples that are nearer than `spare` radians to the best
-    are polished on the axes `true_arm` (the last ones with at most `steps` Newton steps; `locked` as in `polish_row`), and count if
-    they come to `enough`. residual (m, 8) of these; rows as `seven`.
+    near structure as it is and with roots kept that it misses by little; its joints may be off by `spare` radians. The best are
+    polished on the axes `true_arm` (`locked` as in `polish_lanes`; at the end with at most `steps` Newton steps), and count if they
+    come to `enough`: only at the end where `spare` is small; where it is not, or a branch is disappointed by that, all that may
+    be the best. residual (m, 8) of these; rows as `seven`.
     """
-    turns = arms.shape[0]
-    T, A, U = np.empty((8, NODES)), np.empty((8, turns, NODES, 8)), np.empty((8, NODES))
+    A = np.empty((arms.shape[0], NODES, ENTRIES, 8))
+    flat, last = A.reshape(-1), arms.shape[0] - 1
+    T, U = np.empty((8, NODES)), np.empty((8, NODES))
     before, after = np.empty((8, NODES), np.int64), np.empty((8, NODES), np.int64)
-    active, count = np.empty((8, NODES), np.int64), np.empty(8, np.int64)
-    cell, top, nearest = np.empty(8, np.int64), np.empty(8), np.empty(8)
-    at, rows, good, loose = np.empty(8), np.empty((16, 7)), np.empty(16), np.empty(8)
-    raw = np.empty(8, np.bool_)
-    work, flat = np.empty((13, 7)), rows.reshape(-1)
-    arm, start = arms[0], 8 * (turns - 1)
+    active, count = np.empty((8, NODES), np.int64), np.empty(8, np.int64)  # cells that are open
+    cell, top, at = np.empty(8, np.int64), np.empty(8), np.empty(8)
+    around, widths, near = np.empty((5, 8, 8)), np.empty((4, 8)), np.empty((8, 5), np.int64)
+    bounds, memory = np.empty((2, 8)), np.empty((107, 8))
+    picks, wary, again = np.empty(8, np.int64), np.empty(8, np.bool_), np.empty(8, np.bool_)
+    arm, even = arms[0], (high - low) / CELLS
     for i in range(motors.shape[0]):
         pose, true_pose = load_pose(motors, i, arm, 7), load_pose(motors, i, true_arm, 7)
         kept1, kept5 = seeded(seeds, i, 0, arm, 7), seeded(seeds, i, 4, arm, 7)
-        gap[i] = math.inf
-        for k in range(8):
-            top[k], nearest[k], count[k], cell[k], raw[k] = -math.inf, -math.inf, 0, 0, False
-            valid[i, k], residual[i, k], free[i, k] = False, math.inf, False
-        for trial in range(NODES):
-            node = trial
-            if trial <= CELLS:
-                node = SCATTER * trial % (CELLS + 1)  # good ones early: of the others fewer are polished
-                here = spread(low + (high - low) * node / CELLS, EIGHT)
-                store_lanes(at, 0, here)
-            else:
-                open_cells = 0
-                for k in range(8):
-                    cell[k], count[k] = widest(U[k], T[k], A[k], after[k], active[k], count[k], top[k], spare, narrow)
-                    if cell[k] >= 0:
-                        a = cell[k]
-                        at[k] = 0.5 * (T[k, a] + T[k, after[k, a]])
-                        open_cells += 1
-                if open_cells == 0:
-                    break
-            for turn in range(turns):
-                q, g, held, miss = rows7(kind, arms[turn], limits, pose, load_lanes(at, 0, EIGHT), kept1, kept5)
-                store_records(flat, 8 * turn, q)
-                store_lanes(good, 8 * turn, g)
-                store_lanes(loose, 0, held)
-                gap[i] = min(gap[i], miss)
+        gap[i], nodes = math.inf, CELLS + 1
+        for node in range(nodes):
+            t = low + even * node
+            gap[i] = min(gap[i], sample(kind, arms, limits, pose, kept1, kept5, spread(t, EIGHT), A, node))
             for k in range(8):
-                if cell[k] < 0:
-                    continue
-                row, exists = rows[start + k], good[start + k] >= 0.0
-                room, left, polished = room_of(row, limits), 0.0, False
-                T[k, node] = at[k]
-                for turn in range(turns):
-                    A[k, turn, node, 7] = good[8 * turn + k]
-                    for j in range(7):
-                        A[k, turn, node, j] = rows[8 * turn + k, j]
-                if spare > 0.0 and exists and room > max(top[k], 0.0) - spare:
-                    left, polished = polish_row(true_arm, limits, true_pose, row, locked, STEPS, False, work), True
-                    exists = left < enough
-                    for turn in range(turns):
-                        if exists:
-                            A[k, turn, node, 7] = good[start + k]
-                            for j in range(7):
-                                A[k, turn, node, j] = row[j]
-                        else:  # the angles of the near structure go on continuously
-                            A[k, turn, node, 7] = min(A[k, turn, node, 7], -1e-12)
-                    if exists:
-                        room = room_of(row, limits)
-                near = A[k, turns - 1, node, 7]
-                if (exists and room > top[k]) or (not valid[i, k] and not exists and near > nearest[k]):
-                    for j in range(7):
-                        Q[i, k, j] = row[j]
-                    value[i, k], valid[i, k], free[i, k] = at[k], exists, loose[k] > 0.5
-                    if exists:
-                        top[k], residual[i, k], raw[k] = room, left, spare > 0.0 and not polished
-                    else:
-                        nearest[k] = near
-                if trial > CELLS:
-                    a = cell[k]
-                    b = after[k, a]
-                    before[k, node], after[k, node] = a, b
-                    before[k, b], after[k, a] = node, node
-                    c = after[k, b] if b != CELLS else -1
-                    U[k, a] = cell_bound(T[k], A[k], limits, before[k, a], a, node, b)
-                    U[k, node] = cell_bound(T[k], A[k], limits, a, node, b, c)
-                    active[k, count[k]] = node
-                    count[k] += 1
-                elif trial == CELLS:
-                    for a in range(CELLS + 1):
-                        before[k, a], after[k, a] = a - 1, a + 1
-                    for a in range(CELLS):
-                        U[k, a] = cell_bound(T[k], A[k], limits, a - 1, a, a + 1, a + 2 if a + 2 <= CELLS else -1)
-                        active[k, a] = a
-                    count[k] = CELLS
+                T[k, node], before[k, node], after[k, node] = t, node - 1, node + 1 if node < CELLS else -1
         for k in range(8):
-            if raw[k]:
-                left = polish_row(true_arm, limits, true_pose, Q[i, k], locked, steps, True, work)
-                residual[i, k], valid[i, k] = left, left < enough
+            wary[k], again[k] = spare > CLOSE, True
+        while True:
+            for k in range(8):
+                picks[k] = 0 if wary[k] and again[k] else -1
+            while True:  # settle what may be the best
+                for k in range(8):
+                    if picks[k] >= 0:
+                        _, room, other, most = leading(A, nodes, k, True, spare)
+                        picks[k] = other if most > max(room, 0.0) - spare else -1
+                if picks.max() < 0:
+                    break
+                settle(true_arm, limits, true_pose, A, picks, locked, enough, STEPS, False, memory)
+            if nodes == CELLS + 1:
+                bound_grid(flat, last + 1, even, limits, U, bounds)
+            for k in range(8):
+                if again[k]:
+                    count[k] = 0
+                    _, top[k], _, _ = leading(A, nodes, k, wary[k], spare)
+                    for node in range(nodes):
+                        if after[k, node] >= 0:
+                            active[k, count[k]] = node
+                            count[k] += 1
+            while nodes < NODES and choose_cells(
+                U, T, A, before, after, active, count, top, spare, narrow, low, nodes, cell, at, near, widths
+            ):
+                sample(kind, arms, limits, pose, kept1, kept5, load_lanes(at, 0, EIGHT), A, nodes)
+                for k in range(8):
+                    unsure = cell[k] >= 0 and wary[k] and A[last, nodes, ROOM, k] > max(top[k], 0.0) - spare
+                    picks[k] = nodes if unsure else -1
+                if picks.max() >= 0:
+                    settle(true_arm, limits, true_pose, A, picks, locked, enough, STEPS, False, memory)
+                bound_halves(A, near, widths, limits, around, bounds)
+                for k in range(8):
+                    a = cell[k]
+                    if a < 0:  # not a node of this branch
+                        after[k, nodes] = -1
+                        A[last, nodes, ROOM, k] = A[last, nodes, GOOD, k] = -math.inf
+                        continue
+                    b = after[k, a]
+                    T[k, nodes], before[k, nodes], after[k, nodes] = at[k], a, b
+                    before[k, b], after[k, a] = nodes, nodes
+                    U[k, a], U[k, nodes] = bounds[0, k], bounds[1, k]
+                    top[k] = max(top[k], A[last, nodes, ROOM, k])
+                    active[k, count[k]] = nodes
+                    count[k] += 1
+                nodes += 1
+            for k in range(8):
+                cell[k], at[k], _, _ = leading(A, nodes, k, wary[k], spare)
+                raw = spare > 0.0 and cell[k] >= 0 and A[last, cell[k], LEFT, k] == RAW
+                picks[k] = cell[k] if raw else -1
+            if picks.max() < 0:
+                break
+            settle(true_arm, limits, true_pose, A, picks, locked, enough, steps, True, memory)
+            for k in range(8):  # is a best row none, or outside the limits after all?
+                again[k] = picks[k] >= 0 and at[k] > -spare and A[last, picks[k], ROOM, k] < 0.0
+                wary[k] |= again[k]
+            if not again.any():
+                break
+        for k in range(8):
+            node = cell[k] if cell[k] >= 0 else nearest(A, nodes, k)
+            valid[i, k] = A[last, node, ROOM, k] > -math.inf
+            value[i, k], free[i, k] = T[k, node], A[last, node, KEPT, k] > 0.5
+            residual[i, k] = A[last, node, LEFT, k] if valid[i, k] else math.inf
+            for j in range(7):
+                Q[i, k, j] = A[last, node, j, k]

@@ -200,12 +200,16 @@ def _best(made: Solver, motors: Floats, seeds: Floats):
     return q, valid, missing, free, residual if spare > 0.0 else None, value
 
 
-def roomiest_values(robot: Any, motor: Floats) -> Floats:
-    """(..., branches) the redundancy that keeps the joints farthest from their limits, for poses (..., 8)."""
-    made = solver(robot)
-    motors = _rows(motor, motor.shape[:-1], 8)
+def roomiest_rows(robot: Any, motor: Floats) -> tuple[Floats, NDArray[np.bool_], Floats]:
+    """Of every branch the row (..., branches, n) that keeps the joints farthest from their limits, whether it is valid, and its
+    redundancy, for poses (..., 8).
+    """
+    made, batch = solver(robot), motor.shape[:-1]
+    motors = np.ascontiguousarray(motor.reshape(-1, 8))
     motors.setflags(write=False)
-    return _best(made, motors, np.zeros((len(motors), made.joints)))[-1].reshape(*motor.shape[:-1], made.branches)
+    q, valid, *_, value = _best(made, motors, np.zeros((len(motors), made.joints)))
+    shape = (*batch, made.branches)
+    return q.reshape(*shape, made.joints), valid.reshape(shape), value.reshape(shape)
 
 
 def psi_of(made: Solver, q: Floats) -> Floats:

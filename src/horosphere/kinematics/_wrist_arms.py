@@ -76,16 +76,14 @@ def srs_inverse(robot: Any, target: Any, *, psi: ArrayLike | None = None, seed: 
 def _srs_roomiest(robot: Any, target: Any) -> IkSolutions:
     """`srs_inverse` with psi chosen branch by branch: row k of the rows at the psi of branch k."""
     from ..versors import Motor
-    from ._structured import roomiest_values
+    from ._structured import roomiest_rows
 
     motor = pose_motor(target)
-    psi = roomiest_values(robot, motor)
-    every = srs_inverse(robot, Motor._wrap(motor[..., None, :]), psi=psi)
-    own = np.arange(8)
-    q, valid = every.q[..., own, own, :], every.valid[..., own, own]
+    q, valid, psi = roomiest_rows(robot, motor)
+    every = lambda: srs_inverse(robot, Motor._wrap(motor[..., None, :]), psi=psi)
     return IkSolutions(
-        q, valid, every.branch, lambda: pose_residual(robot, q, motor), True, lambda: _first(every.reason), bits=SRS_BITS,
-        flags=lambda: every.flags, free=psi,
+        q, valid, branch_table(3), lambda: pose_residual(robot, q, motor), True, lambda: _first(every().reason), bits=SRS_BITS,
+        flags=lambda: every().flags, free=psi,
     )  # fmt: skip
 
 
