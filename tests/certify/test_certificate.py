@@ -55,6 +55,15 @@ def test_a_clear_motion_is_certified():
     assert text["certified"] is True and text["clearance"] == c.clearance
 
 
+def test_the_clearance_is_found_closely_or_roughly_where_that_takes_too_long():
+    scene, fine = reach(), certify(reach(), motion())
+    rough = certify(scene, motion(), tolerance=5e-4, relative=0.05)
+    assert fine.clearance_seen - fine.clearance <= max(1e-5, 2e-3 * fine.clearance_seen)
+    assert rough.evaluations < fine.evaluations and rough.clearance < fine.clearance
+    short = certify(scene, motion(), max_evaluations=rough.evaluations + 2)
+    assert short.certified and not short.unresolved and short.clearance == rough.clearance
+
+
 def test_a_collision_names_link_obstacle_and_time():
     robot = humanoid_arm()
     middle = link_frames(robot.links, 0.5 * (START + GOAL))[4]

@@ -4,6 +4,7 @@ import dataclasses
 import json
 import re
 import signal
+from hashlib import sha256
 
 import numpy as np
 import pytest
@@ -49,6 +50,8 @@ def test_files(reach):
     }
     certificate = json.loads((reach.folder / "certificate.json").read_text())
     assert certificate["verdict"] == reach.data["verdict"]
+    files = [reach.folder / "trajectory.csv", reach.folder / "trajectory.npz"]
+    assert certificate["sha256"] == {file.name: sha256(file.read_bytes()).hexdigest() for file in files}
     npz, table = load_trajectory(reach.folder / "trajectory.npz"), load_trajectory(reach.folder / "trajectory.csv")
     assert np.array_equal(npz.positions, table.positions) and npz.names == table.names
     assert load_trajectory(reach.folder / "more" / "motion.mcap").names == npz.names
@@ -59,6 +62,9 @@ def test_check_certifies_what_plan_wrote(run, reach, tmp_path):
     result = run("check", "humanoid-reach", reach.folder / "trajectory.csv", "--out", tmp_path)
     assert result.code == 0 and result.out.startswith("Certified: ")
     assert {p.name for p in tmp_path.iterdir()} == {"certificate.json", "report.html"}
+    ours, theirs = (json.loads((f / "certificate.json").read_text()) for f in (tmp_path, reach.folder))
+    assert ours["certificate"]["clearance"] == theirs["certificate"]["clearance"]
+    assert ours["sha256"] == {"trajectory.csv": theirs["sha256"]["trajectory.csv"]}
 
 
 def test_check_finds_the_collision(run, reach, tmp_path):

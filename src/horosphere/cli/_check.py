@@ -50,7 +50,7 @@ def check(
     """
     from ..io import load_trajectory, output_folder
     from ..scenes import SnakeRobot
-    from ._plan import checked_options
+    from ._plan import checked_options, digest
 
     with out.working("reading"):
         problem = moveit.load(scene)
@@ -81,6 +81,7 @@ def check(
         data: dict[str, Any] = {
             "scene": problem.name,
             "trajectory": str(trajectory),
+            "sha256": {trajectory.name: digest(trajectory)},
             "certified": bool(certificate.certified),
             "verdict": summary.verdict,
             "clearance_required": problem.options.clearance,

@@ -89,7 +89,7 @@ def plan(
             progress.update("drawing the report")
         files, summary, data = results(problem, result, report)
         progress.update("writing")
-        names, removed = write_all(folder, files, result.trajectory, save)
+        names, removed = write_all(folder, data, files, result.trajectory, save)
     data["files"] = names
     if removed:
         data["hints"].append(f"removed {', '.join(removed)} of an earlier run from {folder}")
@@ -131,8 +131,7 @@ def _check_ending(path: Path) -> None:
 
 
 def results(scene: Any, result: Any, report: bool) -> tuple[dict[str, Any], Any, dict[str, Any]]:
-    """Contents of the files by name, the summary, and what `--json` prints."""
-    from ..io import to_json
+    """Contents of further files by name, the summary, and what certificate.json and `--json` say."""
     from ..viewer import goal_error, has_viser, measure, report_html, summarise
 
     trajectory = result.trajectory
@@ -165,7 +164,7 @@ def results(scene: Any, result: Any, report: bool) -> tuple[dict[str, Any], Any,
         "options": dataclasses.asdict(scene.options),
         "notes": list(summary.notes),
     }
-    files: dict[str, Any] = {"certificate.json": to_json(data) + "\n"}
+    files: dict[str, Any] = {}
     hints = []
     if report and not has_viser():
         hints.append("no report: it needs the extra `view` (pip install 'horosphere[view]')")
@@ -181,18 +180,31 @@ def certificate_data(certificate: Any) -> Any:
     return plain(certificate.as_dict() if hasattr(certificate, "as_dict") else certificate)
 
 
+def digest(path: Path) -> str:
+    """SHA-256 of a file: what a certificate is about."""
+    import hashlib
+
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
 def write_all(
-    folder: Path, files: dict[str, Any], trajectory: Any, more: tuple[Path, ...] = ()
+    folder: Path, data: dict[str, Any], files: dict[str, Any], trajectory: Any, more: tuple[Path, ...] = ()
 ) -> tuple[list[str], list[str]]:
     """Writes the results, all of them or none; those of an earlier run in the folder go away with it. Returns the files, and the
-    names of those that were there before and are not now."""
-    from ..io import save_trajectory, writing, writing_set
+    names of those that were there before and are not now. `data` learns the digests of the trajectory's files."""
+    from ..io import save_trajectory, to_json, writing, writing_set
 
     before = [name for name in WRITTEN if (folder / name).is_file()]
     with writing_set(folder, WRITTEN) as stage:
         for name in WRITTEN:
             if name.startswith("trajectory") and trajectory is not None:
                 save_trajectory(trajectory, stage / name)
+            elif name == "certificate.json":
+                if trajectory is not None:
+                    data["sha256"] = {file.name: digest(file) for file in sorted(stage.glob("trajectory.*"))}
+                with writing(stage / name) as file:
+                    file.write(to_json({key: value for key, value in data.items() if key != "hints"}) + "\n")
             elif name in files:
                 with writing(stage / name) as file:
                     file.write(files[name])

@@ -9,7 +9,7 @@ from .. import kinematics
 from ..errors import unknown_name
 from ..scenes import JointTarget, Scene
 from ._branches import follow_branches, supports
-from ._certified import certified
+from ._certified import certified, finely
 from ._clearance import arm
 from ._configurations import Configurations, configurations
 from ._follow import follow_jacobian
@@ -55,7 +55,7 @@ def plan_arm(scene: Scene, progress: Progress) -> Plan:
         if found.solved:
             for way, reason in reasons:
                 progress.note(reason if reason.startswith(way) else f"{way}: {reason}")
-            return found
+            return finely(found, progress)
         reasons.append((by, found.reason))
     assert found is not None
     return Plan(

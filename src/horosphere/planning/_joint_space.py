@@ -24,7 +24,6 @@ if TYPE_CHECKING:
     from ._anytime import Improver
 
 Floats = NDArray[np.float64]
-_FINE = 1e-5, 2e-3  # play of a certificate, metres and share
 TREE, REACTIVE = "joint-space tree", "reactive law"
 
 
@@ -103,9 +102,7 @@ def _again(scene: Scene, waypoints: Floats, first: Plan) -> Plan | None:
     if proof.clearance < old.clearance or proof.self_clearance < old.self_clearance:
         if proof.clearance_seen < old.clearance or proof.self_clearance_seen < old.self_clearance:
             return None
-        proof = certify(
-            scene, motion, tolerance=_FINE[0], relative=_FINE[1]
-        )  # the bounds have play: where they decide, a finer certificate does
+        proof = certify(scene, motion)  # the bounds have play: where they decide, a finer certificate does
         if not proof.certified or proof.clearance < old.clearance or proof.self_clearance < old.self_clearance:
             return None
     return dataclasses.replace(plan, certificate=proof)
