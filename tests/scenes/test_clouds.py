@@ -1,6 +1,7 @@
 """Point clouds in files: all of a whole file arrives, nothing of one that was cut off, and what is not used is said."""
 
 import io
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -35,6 +36,22 @@ def ply(form, columns, said=None, faces=()):
     return head + table.tobytes() + body
 
 
+def pcd(form, columns, said=None, viewpoint="0 0 0 1 0 0 0", repeated=()):
+    """A PCD file written by hand; columns in `repeated` have two numbers."""
+    count = len(columns[0][2])
+    codes = [TYPES[kind] for _, kind, _ in columns]
+    rows = [("FIELDS", [name for name, _, _ in columns]), ("SIZE", [code[1] for code in codes])]
+    rows += [("TYPE", [code[0].upper() for code in codes]), ("COUNT", ["12"[n in repeated] for n, _, _ in columns])]
+    rows += [("WIDTH", [f"{count if said is None else said}"]), ("HEIGHT", ["1"]), ("VIEWPOINT", [viewpoint])]
+    rows += [("POINTS", [f"{count if said is None else said}"]), ("DATA", [form])]
+    head = "# .PCD v0.7\nVERSION 0.7\n" + "".join(f"{word} {' '.join(values)}\n" for word, values in rows)
+    wide = [np.repeat(v[:, None], 1 + (n in repeated), axis=1).astype(f"<{c}") for (n, _, v), c in zip(columns, codes)]
+    if form == "ascii":
+        lines = [" ".join(str(v) for part in wide for v in part[k].tolist()) + "\n" for k in range(count)]
+        return (head + "".join(lines)).encode()
+    return head.encode() + b"".join(part[k].tobytes() for k in range(count) for part in wide)
+
+
 FORMS = ("ascii", "binary_little_endian", "binary_big_endian")
 XYZ = [(name, "float", X[:, k]) for k, name in enumerate("xyz")]
 MIXED = [("red", "uchar", np.arange(40)), *[(n, "double", v) for n, _, v in XYZ[::-1]], ("ring", "int", np.arange(40))]
@@ -66,6 +83,10 @@ WHOLE = {
     "semicolon.csv": b"X;Y;Z\r\n" + saved(np.savetxt, X, delimiter=";", newline="\r\n"),
     "timed.csv": b'"time","x","y","z"\n' + saved(np.savetxt, np.c_[np.arange(40.0), X], delimiter=","),
     "commented.csv": saved(np.savetxt, np.c_[np.arange(40.0), X], header="t x y z"),
+    **{f"{form}.pcd": pcd(form, XYZ) for form in ("ascii", "binary")},
+    **{f"more_{form}.pcd": pcd(form, MIXED, repeated=("ring",)) for form in ("ascii", "binary")},
+    # written by pypcd4 1.4 from X and an intensity
+    "compressed.pcd": (Path(__file__).parent / "compressed.pcd").read_bytes(),
     "cloudcompare.xyz": b"//X Y Z\n" + saved(np.savetxt, X),
 }
 
@@ -81,12 +102,12 @@ def test_whole_files(name, tmp_path):
 
 
 @pytest.mark.parametrize(
-    "name", [name for name in WHOLE if name.endswith((".ply", ".npy", ".npz")) or "counted" in name]
+    "name", [name for name in WHOLE if name.endswith((".ply", ".pcd", ".npy", ".npz")) or "counted" in name]
 )
 def test_a_file_that_was_cut_off_is_refused(name, tmp_path):
     """At whatever byte; only within the last number of a text can nobody tell."""
     data = WHOLE[name]
-    is_text = name.endswith(".xyz") or (name.endswith(".ply") and "ascii" in name)
+    is_text = name.endswith(".xyz") or "ascii" in name
     last = len(data.rstrip()) - len(data.split()[-1]) if is_text else len(data) - 1
     seed = sum(name.encode())
     print("seed", seed)
@@ -108,6 +129,32 @@ def test_a_ply_file_that_ends_cleanly_too_early_or_too_late(form, tmp_path):
     file.write_bytes(ply(form, XYZ, said=0)[: ply(form, XYZ, said=0).index(b"end_header") + 11])
     with pytest.raises(InputError, match="holds no points"):
         read_cloud(file)
+
+
+def test_what_is_wrong_in_a_pcd_file(tmp_path):
+    file, whole = tmp_path / "cloud.pcd", pcd("ascii", XYZ)
+    packed = bytearray(WHOLE["compressed.pcd"])
+    packed[-60:] = b"\xff" * 60  # copies from before the beginning
+    for data, words in (
+        (pcd("binary", XYZ, said=50), "its header says 50 points, it holds 40"),
+        (pcd("ascii", XYZ, said=39), "its header says 39 points, 40 follow"),
+        (whole.rsplit(b" ", 1)[0], "point 39 of 40 has 2 of 3 numbers"),
+        (whole.replace(b"FIELDS x", b"FIELDS a"), "expected fields x, y, z of one number each, got a, y, z"),
+        (whole.replace(b"SIZE 4", b"SIZE 3"), "field 'x' of type 'F' with 3 bytes"),
+        (whole.replace(b"HEIGHT 1", b"HEIGHT 2"), "WIDTH times HEIGHT are 80, POINTS 40"),
+        (whole.replace(b"DATA ascii", b"DATA zip"), "PCD data 'zip'.*binary_compressed"),
+        (whole.replace(b"TYPE F F F\n", b""), "header is not complete"),
+        (b"ply\n", "no line DATA"),
+        (pcd("ascii", [(n, "float", v[:0]) for n, _, v in XYZ]), "holds no points"),
+        (bytes(packed), "cannot be unpacked|unpack to"),
+    ):
+        file.write_bytes(data)
+        with pytest.raises(InputError, match=words):
+            read_cloud(file)
+    file.write_bytes(pcd("binary", XYZ, viewpoint="0 0 1.5 1 0 0 0"))
+    points, notes = read_cloud(file)
+    np.testing.assert_array_equal(points, X)
+    assert "VIEWPOINT 0 0 1.5 1 0 0 0 is not used" in notes[0]
 
 
 def test_half_a_line(tmp_path):
@@ -192,6 +239,22 @@ def test_the_notes_reach_the_user(tmp_path):
     assert scene.notes == ("cloud.npy: its first three columns are taken as x, y, z; the other is not used",)
     assert scene.notes[0] in summarise(scene, None).notes
     assert scene.with_(name="other").notes == scene.notes and scene.with_(obstacles=()).notes == ()
+
+
+def test_a_cloud_is_placed_and_a_large_one_is_questioned(tmp_path):
+    """The camera looks along x from one metre up, and counts in millimetres."""
+    np.save(tmp_path / "cloud.npy", 1e3 * X)
+    where = "rpy_deg: [0, 0, 90], position: [0, 0, 1]"
+    (tmp_path / "scene.yaml").write_text(SCENE.replace("radius: 0.01", f"radius: 0.01, scale: 0.001, {where}"))
+    scene = Scene.load(tmp_path / "scene.yaml")
+    np.testing.assert_allclose(scene.obstacles[0].points, np.c_[-X[:, 1], X[:, 0], X[:, 2] + 1.0], atol=1e-12)
+    assert scene.notes == ()
+    scene.save(tmp_path / "again.yaml")
+    again = Scene.load(tmp_path / "again.yaml").obstacles[0].points
+    np.testing.assert_allclose(again, scene.obstacles[0].points, atol=1e-12)
+    (tmp_path / "scene.yaml").write_text(SCENE.replace("[0, 0, -3]", "[0, 0, -3000]"))
+    assert "cloud.npy: 1,9" in (note := Scene.load(tmp_path / "scene.yaml").notes[0])
+    assert note.endswith("m long; are these millimetres? Then write scale: 0.001")
 
 
 def mesh_bytes(kind, **how):

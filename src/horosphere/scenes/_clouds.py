@@ -12,8 +12,9 @@ from .._whole import ply_header, require_whole
 from ..errors import InputError
 from ..numeric import is_number
 from ._files import suffix_of
+from ._pcd import read_pcd
 
-CLOUDS = (".npy", ".npz", ".csv", ".xyz", ".ply")
+CLOUDS = (".npy", ".npz", ".csv", ".xyz", ".ply", ".pcd")
 _XYZ = ("x", "y", "z")
 _MOST_COLUMNS = 32
 _NO_BREAK = "no line break after the last line: make sure that nothing was cut off"
@@ -24,14 +25,14 @@ Floats = NDArray[np.float64]
 
 
 def read_cloud(path: Path) -> tuple[Floats, list[str]]:
-    """Points (m, 3) of an NPY, NPZ (array `points`, or the only one), CSV/XYZ text or PLY file, and notes on what is not used.
+    """Points (m, 3) of an NPY, NPZ (array `points`, or the only one), CSV/XYZ text, PLY or PCD file, and notes on what is not used.
 
     Raises InputError if the file is not whole, or it is not plain which numbers are x, y and z.
     """
     suffix = suffix_of(path, CLOUDS, "point cloud")
     notes: list[str] = []
     try:
-        read = {".npy": _npy, ".npz": _npz, ".ply": _ply}.get(suffix, _text)
+        read = {".npy": _npy, ".npz": _npz, ".ply": _ply, ".pcd": _pcd}.get(suffix, _text)
         points = read(path, notes)
     except InputError as error:
         raise InputError(f"{path.name!r}: {error.message}", remedy=error.remedy, choices=error.choices) from None
@@ -119,6 +120,10 @@ def _ply(path: Path, notes: list[str]) -> Floats:
     at += sum(e.count * e.dtype(order).itemsize for e in before)
     table = np.frombuffer(data, vertex.dtype(order), vertex.count, at)
     return np.stack([table[name].astype(np.float64) for name in _XYZ], axis=1)
+
+
+def _pcd(path: Path, notes: list[str]) -> Floats:
+    return read_pcd(path.read_bytes(), notes)
 
 
 def _text(path: Path, notes: list[str]) -> Floats:

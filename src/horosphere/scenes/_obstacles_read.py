@@ -18,6 +18,8 @@ from ._targets import quaternion_matrix, rpy_quaternion
 from ._targets_read import angle, half_space, rotation
 from ._yaml import Loc
 
+HUGE = 20.0  # metres: an obstacle from a file that is larger may be in millimetres
+
 
 def read_obstacles(reader: Reader, data: Any, folder: Path) -> tuple[list[Any], list[Any]]:
     """The obstacles, None for what cannot be read (the problems noted), and how they were written, with absolute paths."""
@@ -58,9 +60,11 @@ def read_obstacle(reader: Reader, item: Any, loc: Loc, folder: Path, also: tuple
     if isinstance(section, s.Points) and section.file is not None:
         points, notes = read_cloud(resolve(section.file, folder))
         reader.notes += notes
+        reader.notes += _size_note(section, points)
         return _cloud(section, points)
     if isinstance(section, s.Mesh) and section.file is not None:
         vertices, faces = read_mesh(resolve(section.file, folder))
+        reader.notes += _size_note(section, vertices)
         return _mesh(section, vertices, faces)
     return _solid(section)
 
@@ -96,7 +100,20 @@ def _solid(o: Any) -> Any:
 def _cloud(o: s.Points, points: np.ndarray) -> Any:
     if isinstance(o.radius, list) and len(o.radius) != len(points):
         raise InputError(f"radius: {len(o.radius)} numbers for {len(points)} points")
-    return _shape("PointCloud", points, o.radius, name=o.name)
+    return _shape("PointCloud", _placed(o, points), o.radius, name=o.name)
+
+
+def _placed(o: s.Points | s.Mesh, points: np.ndarray) -> np.ndarray:
+    """Points (m, 3) of the obstacle's own frame, scaled, turned, moved."""
+    return o.scale * points @ quaternion_matrix(_turn(o)).T + np.array(o.position)
+
+
+def _size_note(o: s.Points | s.Mesh, points: np.ndarray) -> list[str]:
+    """Files in millimetres are read as metres: what is very large is said."""
+    size = o.scale * np.ptp(points, axis=0).max(initial=0.0)
+    if size < HUGE:
+        return []
+    return [f"{o.file}: {size:,.0f} m long; are these millimetres? Then write scale: {1e-3 * o.scale:g}"]
 
 
 def _shape(kind: str, *values: Any, name: str) -> Any:
@@ -134,8 +151,7 @@ def _ellipsoid(o: s.Ellipsoid) -> Any:
 
 
 def _mesh(o: s.Mesh, vertices: np.ndarray, faces: np.ndarray) -> Any:
-    placed = o.scale * vertices @ quaternion_matrix(_turn(o)).T + np.array(o.position)
-    mesh = _shape("Mesh", placed, faces, name=o.name)
+    mesh = _shape("Mesh", _placed(o, vertices), faces, name=o.name)
     if o.fill == "hull":
         return mesh.hull()
     edges = mesh.open_edges() if o.fill == "solid" else np.zeros((0, 2, 3))

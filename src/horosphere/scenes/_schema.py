@@ -303,11 +303,13 @@ class Mesh(Rotated):
     position: Vector3 = [0.0, 0.0, 0.0]
 
 
-class Points(Obstacle):
+class Points(Rotated):
     one_of = (("points", "file"),)
     points: Annotated[list[Vector3], Field(min_length=1)] | None = None
     file: str | None = None
     radius: Radii = 0.0
+    scale: Positive = 1.0
+    position: Vector3 = [0.0, 0.0, 0.0]
 
 
 OBSTACLES: dict[str, type[Obstacle]] = {
