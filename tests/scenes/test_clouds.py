@@ -85,7 +85,7 @@ WHOLE = {
     "commented.csv": saved(np.savetxt, np.c_[np.arange(40.0), X], header="t x y z"),
     **{f"{form}.pcd": pcd(form, XYZ) for form in ("ascii", "binary")},
     **{f"more_{form}.pcd": pcd(form, MIXED, repeated=("ring",)) for form in ("ascii", "binary")},
-    # written by pypcd4 1.4 from X and an intensity
+    # written by pypcd4 1.5.1 from X and an intensity
     "compressed.pcd": (Path(__file__).parent / "compressed.pcd").read_bytes(),
     "cloudcompare.xyz": b"//X Y Z\n" + saved(np.savetxt, X),
 }
