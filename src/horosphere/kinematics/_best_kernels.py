@@ -26,12 +26,13 @@ from ..kernels import (
     lane_where_lt,
     load_columns,
     load_lanes,
+    min_lane,
     round_even,
     spread,
     store_columns,
     store_lanes,
 )
-from ._polish_kernels import polish_lanes
+from ._polish_kernels import DONE, polish_lanes
 from ._screw_kernels import load_pose, margin5, seeded
 from ._seven_kernels import rows7
 
@@ -44,6 +45,7 @@ LOOSE = 0.05  # the same where no value is inside the limits
 STRETCH, BEND = 1.1, 2.0  # twice what a bend of one sign adds
 ROUGH = 100.0  # so much wider are the finest cells where Newton got nowhere from both ends
 STEPS = 12  # of Newton, at most, for a sample
+NEARLY = 1e-6  # residual (m, rad) at which its angles are good enough to compare
 
 
 @kernel(1, d=None)
@@ -91,17 +93,19 @@ def room_of(q, limits):
 @inner
 def sample(kind, arms, limits, pose, kept1, kept5, at, A, node):
     """Writes the rows at lanes of the redundancy as the entries of a node; returns the metres by which the wrist is out of reach."""
-    flat, gap = A.reshape(-1), math.inf
+    flat = A.reshape(-1)
+    q, good, held, gap = rows7(kind, arms[0], limits, pose, at, kept1, kept5)
     for turn in range(A.shape[0]):
-        q, good, held, miss = rows7(kind, arms[turn], limits, pose, at, kept1, kept5)
+        if turn > 0 and min_lane(good) < 0.0:  # else there are no roots that the structure misses
+            q, good, held, miss = rows7(kind, arms[turn], limits, pose, at, kept1, kept5)
+            gap = min(gap, miss)
         room = lane_where_lt(good, 0.0, -math.inf, room_of(q, limits))
         store_columns(flat, 8 * ENTRIES * (turn * NODES + node), (*q, good, room, held, spread(RAW, EIGHT)))
-        gap = min(gap, miss)
     return gap
 
 
 @inner
-def settle(true_arm, limits, pose, A, nodes, locked, enough, steps, patient, memory):
+def settle(true_arm, limits, pose, A, nodes, locked, done, enough, steps, patient, memory):
     """Polishes a node of every branch, nodes (8,), on the true axes and keeps what comes of it; no node of a branch: -1."""
     work, q, sizes = memory[:98], memory[98:105], memory[105:].reshape(-1)
     last = A.shape[0] - 1
@@ -109,7 +113,7 @@ def settle(true_arm, limits, pose, A, nodes, locked, enough, steps, patient, mem
         sizes[k] = 0.0 if nodes[k] < 0 else 1.0
         for j in range(7):
             q[j, k] = A[last, max(nodes[k], 0), j, k]
-    left = polish_lanes(true_arm, limits, pose, q, load_lanes(sizes, 0, EIGHT), locked, steps, patient, work)
+    left = polish_lanes(true_arm, limits, pose, q, load_lanes(sizes, 0, EIGHT), locked, done, steps, patient, work)
     store_lanes(sizes, 0, left)
     store_lanes(sizes, 8, room_of(load_columns(q.reshape(-1), 0, 7, EIGHT), limits))
     for k in range(8):
@@ -283,7 +287,7 @@ def best(
                         picks[k] = other if most > max(room, 0.0) - spare else -1
                 if picks.max() < 0:
                     break
-                settle(true_arm, limits, true_pose, A, picks, locked, enough, STEPS, False, memory)
+                settle(true_arm, limits, true_pose, A, picks, locked, NEARLY, NEARLY, STEPS, False, memory)
             if nodes == CELLS + 1:
                 bound_grid(flat, last + 1, even, limits, U, bounds)
             for k in range(8):
@@ -302,7 +306,7 @@ def best(
                     unsure = cell[k] >= 0 and wary[k] and A[last, nodes, ROOM, k] > max(top[k], 0.0) - spare
                     picks[k] = nodes if unsure else -1
                 if picks.max() >= 0:
-                    settle(true_arm, limits, true_pose, A, picks, locked, enough, STEPS, False, memory)
+                    settle(true_arm, limits, true_pose, A, picks, locked, NEARLY, NEARLY, STEPS, False, memory)
                 bound_halves(A, near, widths, limits, around, bounds)
                 for k in range(8):
                     a = cell[k]
@@ -320,11 +324,12 @@ def best(
                 nodes += 1
             for k in range(8):
                 cell[k], at[k], _, _ = leading(A, nodes, k, wary[k], spare)
-                raw = spare > 0.0 and cell[k] >= 0 and A[last, cell[k], LEFT, k] == RAW
+                left = A[last, max(cell[k], 0), LEFT, k]
+                raw = spare > 0.0 and cell[k] >= 0 and (left == RAW or left > DONE)
                 picks[k] = cell[k] if raw else -1
             if picks.max() < 0:
                 break
-            settle(true_arm, limits, true_pose, A, picks, locked, enough, steps, True, memory)
+            settle(true_arm, limits, true_pose, A, picks, locked, DONE, enough, steps, True, memory)
             for k in range(8):  # is a best row none, or outside the limits after all?
                 again[k] = picks[k] >= 0 and at[k] > -spare and A[last, picks[k], ROOM, k] < 0.0
                 wary[k] |= again[k]

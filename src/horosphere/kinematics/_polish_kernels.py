@@ -38,11 +38,11 @@ LONGEST = 0.2  # radians of one step
 
 
 @inner
-def polish_lanes(arm, limits, pose, Q, going, locked, steps, patient, work):
+def polish_lanes(arm, limits, pose, Q, going, locked, done, steps, patient, work):
     """Newton steps on the true axes from the postures Q (n, 8) to one pose, in place; returns the residuals, lanes.
 
     pose: rotation and translation of the last link. going: lanes, 1.0 for postures that are wanted, 0.0 for what stays as it is.
-    locked: index of a joint to leave alone, or -1. work (98, 8), memory. patient: go on where a residual does not become a half;
+    locked: index of a joint to leave alone, or -1. done: a residual (m, rad) that is small enough. work (98, 8), memory. patient: go on where a residual does not become a half;
     without it postures that will not get there cost three steps, not all.
     """
     R, t = pose
@@ -68,7 +68,7 @@ def polish_lanes(arm, limits, pose, Q, going, locked, steps, patient, work):
         previous = size
         size = lane_max(lane_max(lane_abs(e[0]), lane_abs(e[1])), lane_max(lane_abs(e[2]), lane_abs(e[3])))
         size = lane_max(size, lane_max(lane_abs(e[4]), lane_abs(e[5])))
-        going = lane_where_lt(size, DONE, 0.0, going)
+        going = lane_where_lt(size, done, 0.0, going)
         if not patient and step > 2:
             going = lane_where_lt(0.5 * previous, size, lane_where_lt(1e-12, size, 0.0, going), going)
         if step == steps or max_lane(going) == 0.0:
@@ -123,7 +123,9 @@ def polish(arm, limits, motors, Q, valid, locked, steps, residual):
             going[k] = 1.0 if valid[i, k] else 0.0
             for j in range(n):
                 q[j, k] = Q[i, k, j]
-        store_lanes(left, 0, polish_lanes(arm, limits, pose, q, load_lanes(going, 0, EIGHT), locked, steps, True, work))
+        store_lanes(
+            left, 0, polish_lanes(arm, limits, pose, q, load_lanes(going, 0, EIGHT), locked, DONE, steps, True, work)
+        )
         for k in range(branches):
             if valid[i, k]:
                 residual[i, k] = left[k]
