@@ -93,20 +93,24 @@ def room_of(q, limits):
 @inner
 def sample(kind, arms, limits, pose, kept1, kept5, at, A, node):
     """Writes the rows at lanes of the redundancy as the entries of a node; returns the metres by which the wrist is out of reach."""
-    flat = A.reshape(-1)
-    q, good, held, gap = rows7(kind, arms[0], limits, pose, at, kept1, kept5)
-    for turn in range(A.shape[0]):
-        if turn > 0 and min_lane(good) < 0.0:  # else there are no roots that the structure misses
-            q, good, held, miss = rows7(kind, arms[turn], limits, pose, at, kept1, kept5)
-            gap = min(gap, miss)
+    flat, gap, kinds = A.reshape(-1), math.inf, A.shape[0]
+    for turn in range(kinds):
+        q, good, held, miss = rows7(kind, arms[turn], limits, pose, at, kept1, kept5)
         room = lane_where_lt(good, 0.0, -math.inf, room_of(q, limits))
-        store_columns(flat, 8 * ENTRIES * (turn * NODES + node), (*q, good, room, held, spread(RAW, EIGHT)))
+        all_exist = min_lane(good) >= 0.0  # then no root is missed, and the other kind has the same rows
+        for same in range(turn, kinds if all_exist else turn + 1):
+            store_columns(flat, 8 * ENTRIES * (same * NODES + node), (*q, good, room, held, spread(RAW, EIGHT)))
+        gap = min(gap, miss)
+        if all_exist:
+            break
     return gap
 
 
 @inner
 def settle(true_arm, limits, pose, A, nodes, locked, done, enough, steps, patient, memory):
     """Polishes a node of every branch, nodes (8,), on the true axes and keeps what comes of it; no node of a branch: -1."""
+    if true_arm is None:
+        return
     work, q, sizes = memory[:98], memory[98:105], memory[105:].reshape(-1)
     last = A.shape[0] - 1
     for k in range(8):
@@ -250,11 +254,11 @@ def best(
 ):  # fmt: skip
     """For every branch of every pose the redundancy, value (m, 8), that keeps the joints farthest from their limits.
 
-    low, high: range of t. narrow: cells no wider are not halved. An exact structure: one arm, spare 0. Else arms (2, ...) are the
-    near structure as it is and with roots kept that it misses by little; its joints may be off by `spare` radians. The best are
-    polished on the axes `true_arm` (`locked` as in `polish_lanes`; at the end with at most `steps` Newton steps), and count if they
-    come to `enough`: only at the end where `spare` is small; where it is not, or a branch is disappointed by that, all that may
-    be the best. residual (m, 8) of these; rows as `seven`.
+    low, high: range of t. narrow: cells no wider are not halved. An exact structure: one arm, spare 0, `true_arm` None (numba then
+    leaves out what is for the others). Else arms (2, ...) are the near structure as it is and with roots kept that it misses by
+    little; its joints may be off by `spare` radians. The best are polished on the axes `true_arm` (`locked` as in `polish_lanes`; at
+    the end with at most `steps` Newton steps), and count if they come to `enough`: only at the end where `spare` is small; where it
+    is not, or a branch is disappointed by that, all that may be the best. residual (m, 8) of these; rows as `seven`.
     """
     A = np.empty((arms.shape[0], NODES, ENTRIES, 8))
     flat, last = A.reshape(-1), arms.shape[0] - 1
@@ -267,7 +271,8 @@ def best(
     picks, wary, again = np.empty(8, np.int64), np.empty(8, np.bool_), np.empty(8, np.bool_)
     arm, even = arms[0], (high - low) / CELLS
     for i in range(motors.shape[0]):
-        pose, true_pose = load_pose(motors, i, arm, 7), load_pose(motors, i, true_arm, 7)
+        pose = load_pose(motors, i, arm, 7)
+        true_pose = pose if true_arm is None else load_pose(motors, i, true_arm, 7)
         kept1, kept5 = seeded(seeds, i, 0, arm, 7), seeded(seeds, i, 4, arm, 7)
         gap[i], nodes = math.inf, CELLS + 1
         for node in range(nodes):

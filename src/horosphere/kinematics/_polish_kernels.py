@@ -42,8 +42,8 @@ def polish_lanes(arm, limits, pose, Q, going, locked, done, steps, patient, work
     """Newton steps on the true axes from the postures Q (n, 8) to one pose, in place; returns the residuals, lanes.
 
     pose: rotation and translation of the last link. going: lanes, 1.0 for postures that are wanted, 0.0 for what stays as it is.
-    locked: index of a joint to leave alone, or -1. done: a residual (m, rad) that is small enough. work (98, 8), memory. patient: go on where a residual does not become a half;
-    without it postures that will not get there cost three steps, not all.
+    locked: index of a joint to leave alone, or -1. done: a residual (m, rad) that is small enough. work (98, 8): memory. patient: go
+    on where a residual does not become a half; without it postures that will not get there cost three steps, not all.
     """
     R, t = pose
     n, q = Q.shape[0], Q.reshape(-1)

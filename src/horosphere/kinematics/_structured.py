@@ -189,12 +189,13 @@ def _best(made: Solver, motors: Floats, seeds: Floats):
     gap, shape = made.structure.gap, (len(motors), 8)
     q, value, residual = np.empty((*shape, 7)), np.empty(shape), np.empty(shape)
     valid, free, missing = np.empty(shape, bool), np.empty(shape, bool), np.empty(len(motors))
-    spare, arms = _SPARE * gap if gap > _EXACT else 0.0, made.arm[None]
-    if spare > 0.0:
+    spare, arms, true_arm = 0.0, made.arm[None], None
+    if gap > _EXACT:
+        spare, true_arm = _SPARE * gap, made.true_arm
         arms = np.stack([made.arm, made.arm])
         arms[:, 2 * made.joints + 4, 2] = 0.0, min(_SOFT * gap, made.arm[2 * made.joints + 4, 2])
     best(
-        made.kind, arms, made.true_arm, made.limits, float(low), float(high), locked, spare, max(_NARROW, 0.1 * gap),
+        made.kind, arms, true_arm, made.limits, float(low), float(high), locked, spare, max(_NARROW, 0.1 * gap),
         _POLISHED, _STEPS, motors, seeds, value, q, valid, missing, free, residual,
     )  # fmt: skip
     return q, valid, missing, free, residual if spare > 0.0 else None, value
