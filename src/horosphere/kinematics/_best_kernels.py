@@ -1,12 +1,13 @@
 """The redundancy that keeps the joints of a seven-joint arm farthest from their limits, for every branch its own: compiled code.
 
-Branch and bound over samples of the redundancy t, all branches side by side. `ranges` (2, 7) holds the middle of each joint's limits
-and half their width (0 and inf without limits). On the circle of a joint's angle the distance to its limits, half the width less
-the short way to the middle, changes no faster than the angle: not so the number q, which jumps by a turn. So between two samples at which it is m and m' it is at most (m + m' + l) / 2, l the length
-of the way that the angle goes; the least of the joints' bounds bounds the room in the cell. l is at least the difference of the two
-angles and not much more where cells are narrow: STRETCH times it, and what the change of the slope from and to the neighbouring
-cells adds. This one figure is estimated, the rest is exact. `good`, negative where a branch does not exist, counts as one more joint
-that has to be positive; the angles go on continuously where it is.
+Branch and bound over samples of the redundancy t, all branches side by side. `ranges` (2, 7) holds the middle of each joint's
+limits and half their width (0 and inf without limits). On the circle of a joint's angle the distance to its limits, half the width
+less the short way to the middle, changes no faster than the angle: not so the number q, which jumps by a turn. So between two
+samples at which it is m and m' it is at most (m + m' + l) / 2, l the length of the way that the angle goes; the least of the
+joints' bounds bounds the room in the cell. l is at least the difference of the two angles and not much more where cells are narrow:
+STRETCH times it, and what the change of the slope from and to the neighbouring cells adds. This one figure is estimated, the rest
+is exact. `good`, negative where a branch does not exist, counts as one more joint that has to be positive; the angles go on
+continuously where it is.
 
 The samples of a pose are one array A (kinds of rows, nodes, ENTRIES, 8), the branches last: the angles, `good`, the room (-inf where
 the branch does not exist), whether an angle was kept, and the residual on the true axes, RAW where it was not asked for.

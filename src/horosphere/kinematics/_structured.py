@@ -101,7 +101,8 @@ def solver(robot: Any) -> Solver:
     ends = np.where(bounded, [lower, upper], 0.0)
     ranges = np.array([0.5 * (ends[0] + ends[1]), np.where(bounded, 0.5 * (ends[1] - ends[0]), np.inf)])
     made = Solver(
-        structure, np.ascontiguousarray(arm), np.ascontiguousarray(true_arm), np.array([lower, upper]), ranges, branch_table(len(structure.bits)), n, structure.branches,
+        structure, np.ascontiguousarray(arm), np.ascontiguousarray(true_arm), np.array([lower, upper]), ranges,
+        branch_table(len(structure.bits)), n, structure.branches,
         _seven_kernels.SRS7 if structure.name == "srs7" else _seven_kernels.SEW7,
         _seven_kernels.seven if n == 7 else getattr(_six_kernels, structure.name),
         np.zeros((1, n)),
