@@ -1,11 +1,13 @@
 """The redundancy that keeps the joints of a seven-joint arm farthest from their limits, for every branch its own: compiled code.
 
-Branch and bound over samples of the redundancy t, all branches side by side. On the circle of a joint's angle the distance to its
-limits changes no faster than the angle, so between two samples at which it is m and m' it is at most (m + m' + l) / 2, l the length
-of the way that the angle goes; the least of the joints' bounds bounds the room in the cell. l is at least the difference of the two
-angles and not much more where cells are narrow: STRETCH times it, and what the change of the slope from and to the neighbouring
-cells adds. This one figure is estimated, the rest is exact. `good`, negative where a branch does not exist, counts as one more joint
-that has to be positive; the angles go on continuously where it is.
+Branch and bound over samples of the redundancy t, all branches side by side. `ranges` (2, 7) holds the middle of each joint's
+limits and half their width (0 and inf without limits). On the circle of a joint's angle the distance to its limits, half the width
+less the short way to the middle, changes no faster than the angle: not so the number q, which jumps by a turn. So between two
+samples at which it is m and m' it is at most (m + m' + l) / 2, l the length of the way that the angle goes; the least of the
+joints' bounds bounds the room in the cell. l is at least the difference of the two angles and not much more where cells are narrow:
+STRETCH times it, and what the change of the slope from and to the neighbouring cells adds. This one figure is estimated, the rest
+is exact. `good`, negative where a branch does not exist, counts as one more joint that has to be positive; the angles go on
+continuously where it is.
 
 The samples of a pose are one array A (kinds of rows, nodes, ENTRIES, 8), the branches last: the angles, `good`, the room (-inf where
 the branch does not exist), whether an angle was kept, and the residual on the true axes, RAW where it was not asked for.
@@ -33,7 +35,7 @@ from ..kernels import (
     store_lanes,
 )
 from ._polish_kernels import DONE, polish_lanes
-from ._screw_kernels import load_pose, margin5, seeded
+from ._screw_kernels import load_pose, seeded
 from ._seven_kernels import rows7
 
 GOOD, ROOM, KEPT, LEFT, ENTRIES = 7, 8, 9, 10, 11
@@ -58,7 +60,14 @@ _short_way = short_way.inline
 
 
 @inner
-def cell_bound(A, before, a, b, after, h0, h, h1, limits):
+def margin(x, ranges, j):
+    """The distance of joint j to its limits on the circle, negative outside."""
+    (d,) = _short_way(x - ranges[0, j])
+    return ranges[1, j] - lane_abs(d)
+
+
+@inner
+def cell_bound(A, before, a, b, after, h0, h, h1, ranges):
     """Lanes: what the room in the cells from node a to node b is at most; -inf where the branch does not exist in them.
 
     Nodes by the place of their entries in the flat array A. h: widths of the cells, h0 and h1 of the neighbouring ones, inf where
@@ -74,8 +83,7 @@ def cell_bound(A, before, a, b, after, h0, h, h1, limits):
         (back,) = _short_way(x - load_lanes(A, before + 8 * j, EIGHT))
         (ahead,) = _short_way(load_lanes(A, after + 8 * j, EIGHT) - y)
         bend = lane_max(lane_abs(here0 * here - back0 * back), lane_abs(here1 * here - next1 * ahead))
-        lower, upper = limits[0, j], limits[1, j]
-        margins = lane_min(x - lower, upper - x) + lane_min(y - lower, upper - y)
+        margins = margin(x, ranges, j) + margin(y, ranges, j)
         bound = lane_min(bound, 0.5 * (margins + STRETCH * lane_abs(here) + bend))
     x, y = load_lanes(A, a + 8 * GOOD, EIGHT), load_lanes(A, b + 8 * GOOD, EIGHT)
     here, back, ahead = y - x, x - load_lanes(A, before + 8 * GOOD, EIGHT), load_lanes(A, after + 8 * GOOD, EIGHT) - y
@@ -84,19 +92,20 @@ def cell_bound(A, before, a, b, after, h0, h, h1, limits):
 
 
 @inner
-def room_of(q, limits):
+def room_of(q, ranges):
     """The least distance of one of the seven joints to its limits."""
-    room = lane_min(q[5] - limits[0, 5], limits[1, 5] - q[5])
-    return lane_min(margin5(q, limits), lane_min(room, lane_min(q[6] - limits[0, 6], limits[1, 6] - q[6])))
+    room = lane_min(margin(q[0], ranges, 0), margin(q[1], ranges, 1))
+    room = lane_min(room, lane_min(margin(q[2], ranges, 2), margin(q[3], ranges, 3)))
+    return lane_min(room, lane_min(margin(q[4], ranges, 4), lane_min(margin(q[5], ranges, 5), margin(q[6], ranges, 6))))
 
 
 @inner
-def sample(kind, arms, limits, pose, kept1, kept5, at, A, node):
+def sample(kind, arms, limits, ranges, pose, kept1, kept5, at, A, node):
     """Writes the rows at lanes of the redundancy as the entries of a node; returns the metres by which the wrist is out of reach."""
     flat, gap, kinds = A.reshape(-1), math.inf, A.shape[0]
     for turn in range(kinds):
         q, good, held, miss = rows7(kind, arms[turn], limits, pose, at, kept1, kept5)
-        room = lane_where_lt(good, 0.0, -math.inf, room_of(q, limits))
+        room = lane_where_lt(good, 0.0, -math.inf, room_of(q, ranges))
         all_exist = min_lane(good) >= 0.0  # then no root is missed, and the other kind has the same rows
         for same in range(turn, kinds if all_exist else turn + 1):
             store_columns(flat, 8 * ENTRIES * (same * NODES + node), (*q, good, room, held, spread(RAW, EIGHT)))
@@ -107,7 +116,7 @@ def sample(kind, arms, limits, pose, kept1, kept5, at, A, node):
 
 
 @inner
-def settle(true_arm, limits, pose, A, nodes, locked, done, enough, steps, patient, memory):
+def settle(true_arm, limits, ranges, pose, A, nodes, locked, done, enough, steps, patient, memory):
     """Polishes a node of every branch, nodes (8,), on the true axes and keeps what comes of it; no node of a branch: -1."""
     if true_arm is None:
         return
@@ -119,7 +128,7 @@ def settle(true_arm, limits, pose, A, nodes, locked, done, enough, steps, patien
             q[j, k] = A[last, max(nodes[k], 0), j, k]
     left = polish_lanes(true_arm, limits, pose, q, load_lanes(sizes, 0, EIGHT), locked, done, steps, patient, work)
     store_lanes(sizes, 0, left)
-    store_lanes(sizes, 8, room_of(load_columns(q.reshape(-1), 0, 7, EIGHT), limits))
+    store_lanes(sizes, 8, room_of(load_columns(q.reshape(-1), 0, 7, EIGHT), ranges))
     for k in range(8):
         node = nodes[k]
         if node < 0:
@@ -177,7 +186,7 @@ def leading(A, nodes, k, wary, spare):
 
 
 @inner
-def bound_grid(flat, kinds, even, limits, U, bounds):
+def bound_grid(flat, kinds, even, ranges, U, bounds):
     """U (8, nodes): the bounds of the cells to begin with."""
     size = 8 * ENTRIES
     for a in range(CELLS):
@@ -187,7 +196,7 @@ def bound_grid(flat, kinds, even, limits, U, bounds):
             u = size * turn * NODES
             of_kind = cell_bound(
                 flat, u + size * first, u + size * a, u + size * (a + 1), u + size * behind,
-                spread(h0, EIGHT), spread(even, EIGHT), spread(h1, EIGHT), limits,
+                spread(h0, EIGHT), spread(even, EIGHT), spread(h1, EIGHT), ranges,
             )  # fmt: skip
             promise = lane_max(promise, of_kind)
         store_lanes(bounds, 0, promise)
@@ -221,7 +230,7 @@ def choose_cells(U, T, A, before, after, active, count, top, spare, narrow, low,
 
 
 @inner
-def bound_halves(A, near, widths, limits, around, bounds):
+def bound_halves(A, near, widths, ranges, around, bounds):
     """bounds (2, 8) of the left and right halves of the cells that are halved."""
     left, right = spread(-math.inf, EIGHT), spread(-math.inf, EIGHT)
     h0, h1, h2, h3 = load_columns(widths.reshape(-1), 0, 4, EIGHT)
@@ -231,8 +240,8 @@ def bound_halves(A, near, widths, limits, around, bounds):
             for n in range(5):
                 for j in range(8):
                     around[n, j, k] = A[turn, near[k, n], j, k]
-        left = lane_max(left, cell_bound(w, 0, 64, 128, 192, h0, h1, h2, limits))
-        right = lane_max(right, cell_bound(w, 64, 128, 192, 256, h1, h2, h3, limits))
+        left = lane_max(left, cell_bound(w, 0, 64, 128, 192, h0, h1, h2, ranges))
+        right = lane_max(right, cell_bound(w, 64, 128, 192, 256, h1, h2, h3, ranges))
     store_lanes(bounds, 0, left)
     store_lanes(bounds, 8, right)
 
@@ -249,7 +258,7 @@ def nearest(A, nodes, k):
 
 @jit
 def best(
-    kind, arms, true_arm, limits, low, high, locked, spare, narrow, enough, steps, motors, seeds, value, Q, valid, gap, free,
+    kind, arms, true_arm, limits, ranges, low, high, locked, spare, narrow, enough, steps, motors, seeds, value, Q, valid, gap, free,
     residual,
 ):  # fmt: skip
     """For every branch of every pose the redundancy, value (m, 8), that keeps the joints farthest from their limits.
@@ -277,7 +286,7 @@ def best(
         gap[i], nodes = math.inf, CELLS + 1
         for node in range(nodes):
             t = low + even * node
-            gap[i] = min(gap[i], sample(kind, arms, limits, pose, kept1, kept5, spread(t, EIGHT), A, node))
+            gap[i] = min(gap[i], sample(kind, arms, limits, ranges, pose, kept1, kept5, spread(t, EIGHT), A, node))
             for k in range(8):
                 T[k, node], before[k, node], after[k, node] = t, node - 1, node + 1 if node < CELLS else -1
         for k in range(8):
@@ -292,9 +301,9 @@ def best(
                         picks[k] = other if most > max(room, 0.0) - spare else -1
                 if picks.max() < 0:
                     break
-                settle(true_arm, limits, true_pose, A, picks, locked, NEARLY, NEARLY, STEPS, False, memory)
+                settle(true_arm, limits, ranges, true_pose, A, picks, locked, NEARLY, NEARLY, STEPS, False, memory)
             if nodes == CELLS + 1:
-                bound_grid(flat, last + 1, even, limits, U, bounds)
+                bound_grid(flat, last + 1, even, ranges, U, bounds)
             for k in range(8):
                 if again[k]:
                     count[k] = 0
@@ -306,13 +315,13 @@ def best(
             while nodes < NODES and choose_cells(
                 U, T, A, before, after, active, count, top, spare, narrow, low, nodes, cell, at, near, widths
             ):
-                sample(kind, arms, limits, pose, kept1, kept5, load_lanes(at, 0, EIGHT), A, nodes)
+                sample(kind, arms, limits, ranges, pose, kept1, kept5, load_lanes(at, 0, EIGHT), A, nodes)
                 for k in range(8):
                     unsure = cell[k] >= 0 and wary[k] and A[last, nodes, ROOM, k] > max(top[k], 0.0) - spare
                     picks[k] = nodes if unsure else -1
                 if picks.max() >= 0:
-                    settle(true_arm, limits, true_pose, A, picks, locked, NEARLY, NEARLY, STEPS, False, memory)
-                bound_halves(A, near, widths, limits, around, bounds)
+                    settle(true_arm, limits, ranges, true_pose, A, picks, locked, NEARLY, NEARLY, STEPS, False, memory)
+                bound_halves(A, near, widths, ranges, around, bounds)
                 for k in range(8):
                     a = cell[k]
                     if a < 0:  # not a node of this branch
@@ -334,7 +343,7 @@ def best(
                 picks[k] = cell[k] if raw else -1
             if picks.max() < 0:
                 break
-            settle(true_arm, limits, true_pose, A, picks, locked, DONE, enough, steps, True, memory)
+            settle(true_arm, limits, ranges, true_pose, A, picks, locked, DONE, enough, steps, True, memory)
             for k in range(8):  # is a best row none, or outside the limits after all?
                 again[k] = picks[k] >= 0 and at[k] > -spare and A[last, picks[k], ROOM, k] < 0.0
                 wary[k] |= again[k]

@@ -126,6 +126,8 @@ def _position(robot: Any) -> Structure | None:
     first = Screws(chain.axes[:5], chain.points[:5], chain.home)
     for tolerance in (GAP, NEAR):
         found = _five(first, _relations(first), tolerance)
+        if found is not None and _stiff(found, first):
+            continue
         if found is not None and found.special is not None and np.linalg.norm(tool - found.special[1]) > GAP:
             still = ", ".join(robot.joint_names[5:])
             reasons = ()
@@ -153,14 +155,39 @@ def chain_structure(robot: Any) -> Structure:
         for i, (gap, parallel) in enumerate(zip(_relations(chain).gap, _relations(chain).parallel))
         if not parallel and GAP < gap < NEAR
     )
+    stiff = ""
     for tolerance in (GAP, NEAR):
         for is_reversed, screw in ((False, forward), (True, backward)):
             found = _READERS[n](screw, _relations(screw), tolerance)
-            if found is not None:
+            if found is None:
+                continue
+            missing = _stiff(found, screw)
+            if not missing:
                 return _finished(found, screw, is_reversed, near)
-    return Structure(
-        "numerical", reasons=(_why_not(chain), *_shorter(robot, chain), *_later(robot, chain)), near_misses=near
-    )
+            stiff = stiff or f"{found.name} but for this: {missing}"
+    why = stiff or _why_not(chain)
+    return Structure("numerical", reasons=(why, *_shorter(robot, chain), *_later(robot, chain)), near_misses=near)
+
+
+def _read(chain: Screws) -> Structure | None:
+    """The exact structure of a chain from either end, where it has one that moves as it must."""
+    for screw in (chain, chain.reversed()):
+        found = _READERS[len(chain.axes)](screw, _relations(screw), GAP)
+        if found is not None and not _stiff(found, screw):
+            return found
+    return None
+
+
+def _stiff(found: Structure, chain: Screws) -> str:
+    """Why the closed form of a structure does not hold, "" if it does.
+
+    Its steps have roots one by one where the joints, the redundancy held, move the tip in six dimensions (a chain of five in five).
+    Where they do not, as when the wrist's point lies on the axis before it, some step moves nothing, and what it sets is arbitrary.
+    """
+    n, free = len(chain.axes), found.parameter == "q7"
+    freedoms = chain.freedoms(n - 1 if free else -1, max(1e-4, 10.0 * found.gap))
+    held = ", the redundant one held," if free else ""
+    return "" if freedoms >= min(n, 6) else f"{n} joints{held} move the tip in {freedoms} dimensions only"
 
 
 def _shorter(robot: Any, chain: Screws) -> tuple[str, ...]:
@@ -168,14 +195,12 @@ def _shorter(robot: Any, chain: Screws) -> tuple[str, ...]:
     n = len(chain.axes) - 1
     if n not in _READERS:
         return ()
-    short = Screws(chain.axes[:-1], chain.points[:-1], chain.home)
-    for screw in (short, short.reversed()):
-        found = _READERS[n](screw, _relations(screw), GAP)
-        if found is not None:
-            moved = next(link for link in reversed([robot.links[k] for k in robot.chain]) if link.kind != "fixed")
-            tip = robot.links[moved.parent].name
-            return (f"without {robot.joint_names[moved.coordinate]}, with the tip {tip}, it would be {found.name}",)
-    return ()
+    found = _read(Screws(chain.axes[:-1], chain.points[:-1], chain.home))
+    if found is None:
+        return ()
+    moved = next(link for link in reversed([robot.links[k] for k in robot.chain]) if link.kind != "fixed")
+    tip = robot.links[moved.parent].name
+    return (f"without {robot.joint_names[moved.coordinate]}, with the tip {tip}, it would be {found.name}",)
 
 
 def _later(robot: Any, chain: Screws) -> tuple[str, ...]:
@@ -187,11 +212,9 @@ def _later(robot: Any, chain: Screws) -> tuple[str, ...]:
         n = len(chain.axes) - first
         if n not in _READERS:
             continue
-        short = Screws(chain.axes[first:], chain.points[first:], chain.home)
-        for screw in (short, short.reversed()):
-            found = _READERS[n](screw, _relations(screw), GAP)
-            if found is not None:
-                return (f"with --base {robot.links[moved[first].parent].name} ({n} joints): {found.name}",)
+        found = _read(Screws(chain.axes[first:], chain.points[first:], chain.home))
+        if found is not None:
+            return (f"with --base {robot.links[moved[first].parent].name} ({n} joints): {found.name}",)
     return ()
 
 

@@ -32,6 +32,25 @@ class Screws:
             np.asarray(np.linalg.inv(self.home), dtype=np.float64),
         )
 
+    def freedoms(self, held: int = -1, smallest: float = 1e-4) -> int:
+        """In how many dimensions the joints move the tip at postures in general, the joint `held` left alone: the largest rank of
+        the Jacobian in some random ones (always the same), of singular values above `smallest` times the chain's extent.
+        """
+        size = max(float(np.ptp(self.points, axis=0).max()), 1e-6)
+        rank = 0
+        for q in np.random.default_rng(0).uniform(-3.0, 3.0, (4, len(self.axes))):
+            M, columns = np.eye(4), []
+            for k, (axis, point, angle) in enumerate(zip(self.axes, self.points, q)):
+                turn = np.eye(4)
+                turn[:3, :3] = axis_rotation(axis, angle)
+                turn[:3, 3] = point - turn[:3, :3] @ point
+                if k != held:
+                    n, p = M[:3, :3] @ axis, M[:3, :3] @ point + M[:3, 3]
+                    columns.append([*n, *(np.cross(p - self.points[0], n) / size)])
+                M = M @ turn
+            rank = max(rank, int((np.linalg.svd(np.array(columns), compute_uv=False) > smallest).sum()))
+        return rank
+
 
 def screws(robot: Any) -> Screws | str:
     """The chain of revolute joints of a robot, or why it has no such form (in words)."""

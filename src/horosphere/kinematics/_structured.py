@@ -42,6 +42,7 @@ class Solver:
     arm: Floats
     true_arm: Floats
     limits: Floats
+    ranges: Floats  # (2, n) middle of the limits and half their width; 0 and inf without
     table: NDArray[np.int64]
     joints: int
     branches: int
@@ -95,9 +96,13 @@ def solver(robot: Any) -> Solver:
     arm = np.concatenate([chain.axes, chain.points, *tail, special])
     true = chain.reversed() if structure.is_reversed else chain
     true_arm = np.concatenate([true.axes, true.points, *tail[:2], [[0.0, 0.0, 0.0]]])
+    lower, upper = robot.limits.lower, robot.limits.upper
+    bounded = np.isfinite(lower) & np.isfinite(upper)
+    ends = np.where(bounded, [lower, upper], 0.0)
+    ranges = np.array([0.5 * (ends[0] + ends[1]), np.where(bounded, 0.5 * (ends[1] - ends[0]), np.inf)])
     made = Solver(
-        structure, np.ascontiguousarray(arm), np.ascontiguousarray(true_arm),
-        np.array([robot.limits.lower, robot.limits.upper]), branch_table(len(structure.bits)), n, structure.branches,
+        structure, np.ascontiguousarray(arm), np.ascontiguousarray(true_arm), np.array([lower, upper]), ranges,
+        branch_table(len(structure.bits)), n, structure.branches,
         _seven_kernels.SRS7 if structure.name == "srs7" else _seven_kernels.SEW7,
         _seven_kernels.seven if n == 7 else getattr(_six_kernels, structure.name),
         np.zeros((1, n)),
@@ -195,7 +200,7 @@ def _best(made: Solver, motors: Floats, seeds: Floats):
         arms = np.stack([made.arm, made.arm])
         arms[:, 2 * made.joints + 4, 2] = 0.0, min(_SOFT * gap, made.arm[2 * made.joints + 4, 2])
     best(
-        made.kind, arms, true_arm, made.limits, float(low), float(high), locked, spare, max(_NARROW, 0.1 * gap),
+        made.kind, arms, true_arm, made.limits, made.ranges, float(low), float(high), locked, spare, max(_NARROW, 0.1 * gap),
         _POLISHED, _STEPS, motors, seeds, value, q, valid, missing, free, residual,
     )  # fmt: skip
     return q, valid, missing, free, residual if spare > 0.0 else None, value
