@@ -1,4 +1,4 @@
-"""What the README and the pages on scenes, certificates and the command line say, runs."""
+"""What the README and the pages of docs/ say, runs. (The examples of docs/algebra.md: tests/versors/test_docs.py.)"""
 
 import re
 from pathlib import Path
@@ -6,17 +6,23 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parent.parent
-PAGES = ("README.md", "docs/scenes.md", "docs/cli.md", "docs/certificate.md")
+PAGES = ("README.md", *sorted(f"docs/{path.name}" for path in (ROOT / "docs").glob("*.md")))
 
 
 def blocks(page, language):
     return re.findall(rf"^```{language}\n(.*?)^```", (ROOT / page).read_text(), flags=re.MULTILINE | re.DOTALL)
 
 
-@pytest.mark.parametrize(("page", "k"), [(page, k) for page in PAGES for k in range(len(blocks(page, "python")))])
-def test_python(page, k, tmp_path, monkeypatch, capsys):
+CODE = {page: blocks(page, "python") for page in PAGES if page != "docs/algebra.md"}
+
+
+@pytest.mark.parametrize("page", [page for page, found in CODE.items() if found])
+def test_python(page, tmp_path, monkeypatch, capsys):
+    """A page from top to bottom, as a reader would try it; what needs files of the reader's own is marked `py`."""
     monkeypatch.chdir(tmp_path)
-    exec(compile(blocks(page, "python")[k], page, "exec"), {})
+    names = {"__name__": page}
+    for block in CODE[page]:
+        exec(compile(block, page, "exec"), names)
 
 
 def test_readme_python_tells_the_truth(capsys):
@@ -25,6 +31,14 @@ def test_readme_python_tells_the_truth(capsys):
     said, seen = (float(line.split()[-1]) for line in capsys.readouterr().out.splitlines())
     assert names["plan"].solved and 0.014 <= said <= seen
     assert names["tool"].as_euclidean().shape == (len(names["q"]), 3)
+
+
+def test_a_robot_file_of_the_page(tmp_path):
+    from horosphere.robots import load
+
+    (file,) = [block for block in blocks("docs/robots.md", "yaml") if "horosphere/robot: 1" in block]
+    (tmp_path / "two-link.yaml").write_text(file)
+    assert load(tmp_path / "two-link.yaml").joint_names == ("shoulder", "elbow")
 
 
 @pytest.mark.parametrize("k", range(len(blocks("docs/scenes.md", "yaml"))))
@@ -42,13 +56,13 @@ def test_every_command_that_is_named_is_understood():
     text = "".join((ROOT / page).read_text() for page in PAGES)
     lines = set(
         re.findall(
-            r"(?:^|`)(?:\./run )?horosphere ((?:plan|check|show|robot|scenes|warmup|field|snake|sweep)\b[^`#\n]*)",
+            r"(?:^|`)(?:\./run )?horosphere ((?:plan|check|show|robot|scenes|warmup|field|snake|sweep|bench)\b[^`#\n]*)",
             text,
             re.MULTILINE,
         )
     )
     assert len(lines) > 6
-    for line in lines - {"robot"}:  # a command that is only mentioned
+    for line in (line for line in lines if " " in line.strip()):  # others are only mentioned
         words = [word for word in line.split() if word != "..."]
         app.parse_args(words, exit_on_error=False, print_error=False)  # raises on what it does not know
 

@@ -21,6 +21,15 @@ def pose_error(robot, q, matrix):
     return np.linalg.norm(reached[..., :3, 3] - matrix[..., :3, 3], axis=-1), angle
 
 
+def test_what_is_missing_is_said_in_what_the_target_asks_for():
+    """A point asks for no orientation."""
+    panda, short = robots.load("panda"), {"attempts": 2, "iterations": 1}
+    pose = Translator.from_vector([0.3, 0.4, 0.5]) @ Motor.identity()
+    for target, turned in ((pose, True), (pose @ Point.from_euclidean([0, 0, 0]), False)):
+        reason = numerical_inverse(panda, target, **short).reason
+        assert reason.startswith("not reached: ") and (" m and " in reason) == (" rad away" in reason) == turned, reason
+
+
 @pytest.mark.parametrize("name", ["panda", "ur5", "iiwa14", "srs-arm"])
 def test_random_reachable_poses(name):
     robot = robots.load(name)

@@ -61,13 +61,6 @@ def test_boxes_lie_inside(seed):
     assert seen > slack_of(bodies[0]) - 5e-3  # and about as far as that
 
 
-def test_balls_fit_inside_their_capsule():
-    rng = np.random.default_rng(0)
-    points, radii = rng.normal(size=(12, 3)) * [1, 0.1, 0.1], rng.uniform(0.05, 0.2, 12)
-    body = _bodies.fit_capsule(points, radii)
-    assert (depth_inside(points, [body]) >= radii).all()
-
-
 def test_the_built_in_panda_contains_the_public_spheres(shared_data):
     urdf, ours = robots.load(shared_data / "panda_spheres.urdf", tip="panda_hand"), robots.load("panda")
     for k in range(len(urdf.capsules)):

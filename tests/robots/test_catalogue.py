@@ -159,3 +159,11 @@ def test_a_robot_file_that_was_cut_off_is_refused(name, tmp_path):
     (tmp_path / "cut.yaml").write_text("".join(lines).replace("capsules: ", "capsules: 9", 1))
     with pytest.raises(InputError, match=r"says that it holds 9.* capsules, it holds .*cut off.*take it out"):
         robots.load(tmp_path / "cut.yaml")
+
+
+def test_the_middle_of_the_limits():
+    inf = np.full(5, np.inf)
+    limits = robots.Limits(
+        np.array([-1.0, -np.inf, 0.5, -np.inf, 2.0]), np.array([3.0, np.inf, np.inf, -0.5, 2.0]), inf, inf, inf
+    )
+    assert limits.middle.tolist() == [1.0, 0.0, 0.5, -0.5, 2.0]

@@ -187,3 +187,11 @@ def test_public_names():
         "as_shapes",
         "pack",
     } <= names
+
+
+def test_a_bounding_ball_that_is_kept_cannot_be_written():
+    cloud = PointCloud(np.eye(3), 0.1)
+    centre, radius = cloud.bounding_ball()
+    with pytest.raises(ValueError, match="read-only"):
+        centre[0] = 9.0
+    assert cloud.bounding_ball()[0].tolist() == [0.5, 0.5, 0.5] and radius > 0.1

@@ -176,11 +176,7 @@ class Multivector(Batch):
         """X I: takes an OPNS blade to its IPNS blade; inverse of `dual`."""
         return _product(self, _element(-_INVERSE_I), t.GEOMETRIC)
 
-    # ---- norms, inverse, exponential
-    def norm_squared(self) -> NDArray[np.float64]:
-        """Scalar part of X ~X (...), of either sign."""
-        return np.sum(self.array**2 * _SQUARES, axis=-1)
-
+    # ---- inverse, exponential
     def inverse(self) -> Multivector:
         """X^-1: ~X/(X ~X) for versors and blades, else by solving X Y = 1. Raises InputError when there is none."""
         reverse = ~self
@@ -235,5 +231,4 @@ def _element(value: Multivector | ArrayLike) -> Multivector:
 # PARTNER[k, i] = j means e_i e_j ~ e_k; here the other way round: which i goes with a given j.
 _OTHER = np.argsort(t.PARTNER, axis=1)
 _OTHER_SIGN = np.take_along_axis(t.GEOMETRIC, _OTHER, axis=1)
-_SQUARES = t.REVERSE * t.GEOMETRIC[0][np.arange(32)]
 _INVERSE_I = Multivector.blade("e12345", -1.0)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 
-from cyclopts import App, CycloptsError, Parameter
+from cyclopts import App, CycloptsError, Parameter, UnknownCommandError, UnusedCliTokensError
 
 from . import _output as out
 from ._bench import app as bench
@@ -59,7 +59,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         result = build()(words, exit_on_error=False, print_error=False)
         sys.stdout.flush()
     except CycloptsError as error:
-        out.print_error(_Usage(str(error).strip()), as_json)
+        out.print_error(_Usage(_said(error)), as_json)
         return out.BAD_INPUT
     except HorosphereError as error:
         out.print_error(error, as_json, _options(words))
@@ -70,6 +70,21 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except BrokenPipeError:  # the reader went away: horosphere scenes | head -1
         return out.DONE
     return result if isinstance(result, int) else out.DONE
+
+
+def _said(error: CycloptsError) -> str:
+    """What is wrong with the words, and what would be right."""
+    text = str(error).strip()
+    command = " ".join(("horosphere", *(error.command_chain or ())))
+    if isinstance(error, UnusedCliTokensError):
+        words = ", ".join(map(repr, error.unused_tokens or ()))
+        return f"not understood: {words} (`{command} --help` says what the command takes)"
+    if isinstance(error, UnknownCommandError) and error.app is not None:
+        names = ", ".join(name for name in error.app if not name.startswith("-"))
+        word = (error.unused_tokens or [""])[0]
+        hint = f" A scene is planned with `horosphere plan {word}`." if word.endswith((".yaml", ".yml")) else ""
+        return f"{text.partition(' Available commands')[0]}{hint} Available commands: {names}."
+    return text
 
 
 def _options(words: Sequence[str]) -> list[str]:

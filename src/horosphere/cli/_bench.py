@@ -11,13 +11,15 @@ from cyclopts import App, Parameter
 from . import _output as out
 from ._source import USUAL as USUAL_LOADING
 from ._source import Loading
+from ._values import Whole
 
 if TYPE_CHECKING:
     from ..planning._bench_table import BenchTable
 
 app = App(
     name="bench",
-    help="Run many problems and print how it went.\n\nExample: `horosphere bench mbm problems.tar.bz2`",
+    help="Plans many problems and tables how it went: MotionBenchMaker, or random ones for any robot.\n\n"
+    "Example: `horosphere bench mbm problems.tar.bz2`",
 )
 
 
@@ -41,9 +43,9 @@ class Runs:
     """
 
     mode: Literal["tree", "reactive", "reactive-or-tree"] = "tree"
-    repeats: int = 3
+    repeats: Whole = 3
     states_per_rad: float = 300.0
-    out_file: Annotated[Path | None, Parameter(name=("--out", "--out-file"))] = None
+    out_file: Annotated[Path | None, Parameter(name="--out")] = None
     json: bool = False
 
     @property
@@ -58,6 +60,7 @@ USUAL = Runs()
 @app.command
 def mbm(
     path: Path,
+    /,
     *,
     robot: str | None = None,
     tip: str | None = None,
@@ -85,7 +88,13 @@ def mbm(
     clearance
         Metres to keep from every obstacle.
     """
+    from ..errors import InputError
     from ..planning import bench_mbm
+    from ..scenes._moveit_files import ProblemSet
+
+    sets = ProblemSet.read(path).sets
+    if only and not any(name.startswith(only) for name in sets):
+        raise InputError(f"no set begins with {only!r}", place="--only", choices=sets)
 
     def run(progress: Any, _: Any) -> BenchTable:
         return bench_mbm(path, robot, tip=tip, only=only, clearance=clearance, progress=progress, **runs.options)
@@ -93,11 +102,11 @@ def mbm(
     return _report("reading the problems", run, runs)
 
 
-@app.command
+@app.command(usage="Usage: horosphere bench random [OPTIONS] [ROBOTS...]")
 def random(
     *robots: str,
-    count: int = 50,
-    seed: int = 0,
+    count: Whole = 50,
+    seed: Whole = 0,
     clearance: float = 0.01,
     loading: Loading = USUAL_LOADING,
     runs: Runs = USUAL,
@@ -117,7 +126,11 @@ def random(
     clearance
         Metres to keep from every obstacle.
     """
+    from ..errors import InputError
     from ..planning import bench_random
+
+    if count < 1:
+        raise InputError(f"expected at least one problem, got {count}", place="--count")
 
     def run(progress: Any, tell: Any) -> BenchTable:
         options = {"progress": progress, "loading": {**loading.given, "progress": tell}, **runs.options}
@@ -128,8 +141,13 @@ def random(
 
 def _report(what: str, run: Any, runs: Runs) -> int:
     """Runs a bench under a line of progress, writes its rows, prints its table."""
+    from ..errors import InputError
     from ..planning._bench_table import check_format
 
+    if runs.repeats < 1:
+        raise InputError(f"expected at least one run, got {runs.repeats}", place="--repeats")
+    if not 0.0 <= runs.states_per_rad < float("inf"):
+        raise InputError(f"expected a number >= 0, got {runs.states_per_rad}", place="--states-per-rad")
     if runs.out_file is not None:
         check_format(runs.out_file)
     with out.working(what) as progress:

@@ -10,6 +10,7 @@ from cyclopts import Parameter
 
 from . import _output as out
 from ._source import NOTHING, MoveIt
+from ._values import Whole
 
 WRITTEN = ("trajectory.npz", "trajectory.csv", "certificate.json", "report.html")
 
@@ -26,7 +27,7 @@ def plan(
     path_step: float | None = None,
     time: float | None = None,
     time_limit: float | None = None,
-    seed: int | None = None,
+    seed: Whole | None = None,
     report: Annotated[bool, Parameter(negative="--no-report")] = True,
     json: bool = False,
 ) -> int:

@@ -11,6 +11,8 @@ from cyclopts import Parameter
 from . import _output as out
 from ._source import USUAL, Loading
 
+_YAML = (".yaml", ".yml")
+
 
 def robot(
     file: str,
@@ -21,6 +23,7 @@ def robot(
     out_file: Annotated[Path | None, Parameter(name="--out")] = None,
     view: Path | None = None,
     scene: Path | None = None,
+    force: bool = False,
     json: bool = False,
 ) -> int:
     """Shows what horosphere makes of a robot: chain, limits, collision model, closed-form inverse kinematics.
@@ -38,13 +41,17 @@ def robot(
     view
         Write the collision model as an HTML page to look at (needs the extra `view`). `horosphere show FILE` shows it live.
     scene
-        Write a first scene for this robot (YAML: start, goal, a table), which `horosphere plan` solves as it stands.
+        Write a first scene for this robot (YAML: start, goal, a table), which `horosphere plan` solves as it stands. Its robot is
+        the file of --out if that is YAML, otherwise FILE with the options given here.
+    force
+        Write over a scene that exists.
     json
         Print everything as JSON.
     """
     from .. import robots
     from ..kinematics import classify
 
+    _check_files(out_file, view, scene, force)
     with out.working("reading the robot") as working:
         loaded = robots.load(file, progress=working.update, **loading.given)
         data = robots.describe(loaded)
@@ -59,7 +66,10 @@ def robot(
             from ..planning import starter_scene
 
             working.update("looking for a first scene")
-            first = starter_scene(loaded, _as_written(file, loading), name=scene.stem)
+            written = _as_written(file, loading)
+            if out_file is not None and out_file.suffix.lower() in _YAML:  # the model as it is: nothing is covered anew
+                written = {"file": str(out_file.resolve())}
+            first = starter_scene(loaded, written, name=scene.stem)
             output_folder(scene.parent)
             first.save(scene)
             data["scene"] = str(scene)
@@ -109,13 +119,26 @@ def robot(
     return out.DONE
 
 
+def _check_files(out_file: Path | None, view: Path | None, scene: Path | None, force: bool) -> None:
+    """Before anything is computed: endings, and that no scene is lost."""
+    from ..errors import InputError
+
+    for path, endings, what in ((view, (".html", ".htm"), "page"), (scene, _YAML, "scene")):
+        if path is not None and path.suffix.lower() not in endings:
+            raise InputError(f"no {what} has the ending {path.suffix!r}", place=str(path), choices=endings)
+    if scene is not None and out_file is not None and scene.resolve() == out_file.resolve():
+        raise InputError("the robot and the scene cannot be one file", place=str(scene), remedy="give two names")
+    if scene is not None and scene.exists() and not force:
+        raise InputError("the file exists already", place=str(scene), remedy="another name, or --force")
+
+
 def _as_written(file: str, loading: Loading) -> Any:
     """The robot as a scene file has it: a name, or a file with the options that are not the usual ones."""
     path = Path(file)
     given = {name: str(v.resolve()) if isinstance(v, Path) else v for name, v in loading.given.items()}
     if not path.is_file():
         return {"name": file, **given} if given else file
-    kind = "file" if path.suffix.lower() in (".yaml", ".yml") else "urdf"
+    kind = "file" if path.suffix.lower() in _YAML else "urdf"
     return {kind: str(path.resolve()), **given}
 
 
@@ -127,9 +150,7 @@ def _tool_pose(robot: Any) -> dict[str, Any]:
     from ..kinematics._numeric import reach
     from ..scenes import matrix_quaternion
 
-    low, high = robot.limits.lower, robot.limits.upper
-    bounded = np.isfinite(low) & np.isfinite(high)
-    q = np.where(bounded, 0.5 * (np.where(bounded, low, 0.0) + np.where(bounded, high, 0.0)), np.clip(0.0, low, high))
+    q = robot.limits.middle
     pose = forward(robot, q)
     place = {
         "q": q.tolist(),

@@ -33,20 +33,31 @@ def scenes(
         A built-in scene, a scene file, ARCHIVE:SET/NUMBER; an archive or folder of MoveIt scenes is listed. Without it all
         built-in scenes are.
     out_file
-        Where to copy it; printed without.
+        The file to write that one scene to; printed without.
     force
         Write over files that exist.
     json
         Print as JSON.
     """
+    from ..errors import InputError
     from ..scenes import library_path, names
     from ..scenes._moveit_files import ProblemSet, is_archive, split
 
     if name is None:
+        if out_file is not None:
+            raise InputError("which scene? --out writes one", place="--out", choices=names())
         return _list_built_in(json)
     place, problem = split(name)
     if not problem and (is_archive(place) or place.is_dir()):
-        return _list_problems(name, ProblemSet.read(place), json)
+        found = ProblemSet.read(place)
+        if out_file is not None:
+            first = f"{name}:{next(iter(found.scenes))}"
+            raise InputError(
+                f"{name} holds {len(found.scenes)} scenes, and --out writes one",
+                place="--out",
+                remedy=f"name it: `horosphere scenes {first} --robot URDF --out {out_file}`; without --out they are listed",
+            )
+        return _list_problems(name, found, json)
     if name in names() or not (problem or place.exists()):
         if moveit.given:
             moveit.load(name)  # raises: a scene of ours says all itself

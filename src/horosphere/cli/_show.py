@@ -7,6 +7,7 @@ from typing import Any
 
 from . import _output as out
 from ._source import NOTHING, MoveIt
+from ._values import Whole
 
 
 def show(
@@ -15,7 +16,7 @@ def show(
     /,
     *,
     moveit: MoveIt = NOTHING,
-    port: int | None = None,
+    port: Whole | None = None,
     seconds: float | None = None,
     json: bool = False,
 ) -> int:
@@ -45,6 +46,8 @@ def show(
 
     if port is not None and not 0 <= port <= 65535:
         raise InputError(f"expected a port in 0 .. 65535, got {port}", place="--port")
+    if seconds is not None and not seconds > 0.0:
+        raise InputError(f"expected seconds > 0, got {seconds}", place="--seconds")
     with out.working("reading the scene") as reading:
         robot = _robot(scene, reading)
         if robot is not None:

@@ -9,6 +9,7 @@ from cyclopts import App, Parameter
 
 from . import _output as out
 from ._snake_output import print_coordinates, said, write
+from ._values import Whole
 
 app = App(
     name="snake",
@@ -58,14 +59,14 @@ def _named_posture(snake: Any, posture: str, seed: int) -> Any:
 @app.command
 def growth(
     *,
-    links: int | None = None,
+    links: Whole | None = None,
     length: float = 2.0,
     lengths: str | None = None,
     wheel_fraction: float = 0.5,
     posture: Postures | None = None,
     q: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None,
     method: Literal["auto", "spectral", "words", "float"] = "auto",
-    seed: int = 0,
+    seed: Whole = 0,
     json: bool = False,
 ) -> int:
     """Growth vector, exactly: how many directions the brackets of each degree reach.
@@ -138,7 +139,7 @@ def growth(
 @app.command
 def simulate(
     *,
-    links: int | None = None,
+    links: Whole | None = None,
     length: float = 2.0,
     wheel_fraction: float = 0.5,
     q: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None,
@@ -240,11 +241,11 @@ def steer(
     goal: Numbers,
     /,
     *,
-    links: int | None = None,
+    links: Whole | None = None,
     length: float = 2.0,
     wheel_fraction: float = 0.5,
     tolerance: float = 1e-9,
-    seed: int = 0,
+    seed: Whole = 0,
     out_folder: Annotated[Path | None, Parameter(name="--out")] = None,
     json: bool = False,
 ) -> int:

@@ -32,10 +32,15 @@ def print_coordinates(snake: Any, motion: Any, predicted: Any) -> None:
     for name in ("coordinate", "unit", "start", "end", "change", *(["predicted"] if predicted is not None else [])):
         table.add_column(name, justify="left" if name in ("coordinate", "unit") else "right", header_style="dim")
     for k, name in enumerate(snake.names):
-        cells = [motion.q[0, k], motion.end[k], motion.displacement[k]]
-        cells += [] if predicted is None else [predicted[k]]
-        table.add_row(name, "m" if k < 2 else "rad", *(f"{round(float(x), 6) + 0.0:.5f}" for x in cells))
+        places = [f"{round(float(x), 6) + 0.0:.5f}" for x in (motion.q[0, k], motion.end[k])]
+        changes = [motion.displacement[k]] + ([] if predicted is None else [predicted[k]])
+        table.add_row(name, "m" if k < 2 else "rad", *places, *(_change(float(x)) for x in changes))
     out.print_table(table)
+
+
+def _change(x: float) -> str:
+    """As places are written; three digits of what would vanish so, 0 where nothing is left but rounding."""
+    return f"{x:.5f}" if abs(x) >= 1e-3 else "0" if abs(x) < 1e-14 else f"{x:.2e}"
 
 
 def write(folder: Path, snake: Any, motion: Any, figure: Any, legs: Any = None, duration: float = 0.0) -> list[str]:

@@ -8,6 +8,8 @@ from typing import Any, Literal
 
 from cyclopts import Group, Parameter
 
+from ._values import Whole
+
 
 @Parameter(name="*")
 @dataclass(frozen=True, kw_only=True)
@@ -45,7 +47,7 @@ class Loading:
     srdf: Path | None = None
     group: str | None = None
     collision: Literal["capsules", "spheres"] = "capsules"
-    budget: int | None = None
+    budget: Whole | None = None
     tolerance: float | None = None
     geometry: Literal["auto", "collision", "visual"] = "auto"
 

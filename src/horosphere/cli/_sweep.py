@@ -9,6 +9,7 @@ from typing import Annotated, Any, Literal
 from cyclopts import Parameter
 
 from . import _output as out
+from ._values import Whole
 
 SHOWN = 30
 LINE_SECONDS = 5.0
@@ -18,12 +19,12 @@ LINE_SECONDS = 5.0
 def sweep(
     *scenes: str,
     out_folder: Annotated[Path, Parameter(name="--out")] = Path("out/sweep"),
-    seeds: int | None = None,
-    workers: int | None = None,
+    seeds: Whole | None = None,
+    workers: Whole | None = None,
     scheduler: str | None = None,
     timeout: float = 300.0,
     clearance: float | None = None,
-    method: Literal["auto", "field", "tree"] | None = None,
+    method: Literal["auto", "field", "tree", "reactive", "reactive-or-tree"] | None = None,
     time_limit: float | None = None,
     trajectories: bool = False,
     retry: bool = False,
@@ -54,7 +55,7 @@ def sweep(
     clearance
         Metres to keep between robot and obstacles, instead of the scenes'.
     method
-        auto, field (no tree search) or tree.
+        As of `horosphere plan`.
     time_limit
         Seconds that planning may search.
     trajectories

@@ -103,4 +103,4 @@ def _at_ease(name: str) -> tuple[Any, Any]:
     from .. import robots
 
     robot = robots.load(name)
-    return robot, 0.5 * (robot.limits.lower + robot.limits.upper)
+    return robot, robot.limits.middle

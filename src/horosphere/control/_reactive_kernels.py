@@ -109,7 +109,7 @@ def look(J, C, L, F, B, K, S, V, O, G, P, T, X, M, par, top, reach, stop_time, N
                 for pair in range(first, count):
                     # the nearest body of the link, and others where it is close: they turn into its way
                     if rows < A.shape[0] and (pair == best or N[pair, 0] < par[MARGIN] + CLOSE):
-                        add_row(J, C, T, X, K, N, I, pair, k, par[MARGIN], A, b, rows)
+                        add_row(J, C, T, K, N, I, pair, k, par[MARGIN], A, b, rows)
                         rows += 1
     for g in range(G.shape[0]):
         ka, kb, stop = G[g, 0], G[g, 1], G[g, 2]
@@ -148,7 +148,7 @@ def look(J, C, L, F, B, K, S, V, O, G, P, T, X, M, par, top, reach, stop_time, N
                     nearest, best = d, count
                 count += 1
         if best >= 0 and rows < A.shape[0]:
-            add_row(J, C, T, X, K, N, I, best, ka, par[OWN_MARGIN], A, b, rows)
+            add_row(J, C, T, K, N, I, best, ka, par[OWN_MARGIN], A, b, rows)
             rows += 1
     return count, rows
 
@@ -162,7 +162,7 @@ def keep(N, I, at, d, X, i, t, nx, ny, nz, speed, other, what, stop, frame):
 
 
 @inner
-def add_row(J, C, T, X, K, N, I, pair, k, margin, A, b, row):
+def add_row(J, C, T, K, N, I, pair, k, margin, A, b, row):
     """a . u: the rate of the pair's distance; b (rows, 7): how far it is from the margin, speed, three demands and a . a of
     `project`, pair."""
     a = A[row]
@@ -178,7 +178,7 @@ def add_row(J, C, T, X, K, N, I, pair, k, margin, A, b, row):
 
 
 @inner
-def tighten(J, C, L, T, X, K, N, I, count, par, u, A, b, rows):
+def tighten(J, C, L, T, K, N, I, count, par, u, A, b, rows):
     """Ask for what u lacks where `unproved` found that it falls short, and for a little more; returns how many rows there are."""
     for p in range(count):
         if N[p, 8] > 0.0:
@@ -189,7 +189,7 @@ def tighten(J, C, L, T, X, K, N, I, count, par, u, A, b, rows):
                 return rows
             if r == rows:
                 margin = par[MARGIN] if I[p, 1] < 0 else par[OWN_MARGIN]
-                add_row(J, C, T, X, K, N, I, p, L[I[p, 0]], margin, A, b, r)
+                add_row(J, C, T, K, N, I, p, L[I[p, 0]], margin, A, b, r)
                 b[r, 2] = b[r, 3] = b[r, 4] = -np.inf
                 rows += 1
             have = 0.0
@@ -343,7 +343,7 @@ def step_into(J, C, L, K, F, B, S, V, E, O, G, P, M, par, goal, posture, tool, q
                 if failed <= 0:
                     break
                 if mend < mends:
-                    rows = tighten(J, C, L, T, X, K, N, I, count, par, u, A, b, rows)
+                    rows = tighten(J, C, L, T, K, N, I, count, par, u, A, b, rows)
             if failed == 0:
                 sure, reason = True, MOVING
                 break

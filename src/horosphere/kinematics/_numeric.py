@@ -56,9 +56,7 @@ def numerical_inverse(
     if solutions < 1 or attempts < 1 or iterations < 1 or not tolerance > 0.0:
         raise InputError("solutions, attempts, iterations and tolerance must be positive", place="numerical_inverse")
     n, limits, flat = robot.n_joints, robot.limits, goals.reshape(-1, 14)
-    low, high = search_box(robot)
-    middle = np.clip(0.5 * (low + high), limits.lower, limits.upper)
-    first = middle if seed is None else float_array(seed, "seed", last=n)
+    first = limits.middle if seed is None else float_array(seed, "seed", last=n)
     first = np.clip(np.broadcast_to(first, (*batch, n)).reshape(-1, n), limits.lower, limits.upper)
     starts, tips = _starts(robot, random_seed)
     q = np.empty((len(flat), solutions, n))
@@ -184,7 +182,8 @@ def _reason(robot: Robot, goal: Floats, rules: Floats, q: Floats, left: Floats, 
         return f"unreachable: {np.linalg.norm(away):.4g} m from the first joint, and the arm spans at most {span:.4g} m"
     limits = robot.limits
     close = (q - limits.lower < 1e-9) | (limits.upper - q < 1e-9)
-    text = f"not reached: the best of {tries} attempts is {left[1]:.3g} m and {left[0]:.3g} rad away"
+    turned = f" and {left[0]:.3g} rad" if rules[0] or rules[1] else ""  # a point asks for no orientation
+    text = f"not reached: the best of {tries} attempts is {left[1]:.3g} m{turned} away"
     if close.any():
         names = ", ".join(name for name, hit in zip(robot.joint_names, close) if hit)
         text += f", with {names} at the limit"

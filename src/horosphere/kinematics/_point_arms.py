@@ -269,12 +269,7 @@ def _with_idle(robot: Any, made: PointArm, q: Floats, seeds: Floats | None) -> F
     """Rows (m, 4, 5) with the joints behind the fifth."""
     if not made.idle:
         return q
-    lower, upper = robot.limits.lower[5:], robot.limits.upper[5:]
-    bounded = np.isfinite(lower) & np.isfinite(upper)
-    middle = np.where(
-        bounded, 0.5 * (np.where(bounded, lower, 0.0) + np.where(bounded, upper, 0.0)), np.clip(0.0, lower, upper)
-    )
-    more = np.broadcast_to(middle, (len(q), made.idle)) if seeds is None else seeds[:, 5:]
+    more = np.broadcast_to(robot.limits.middle[5:], (len(q), made.idle)) if seeds is None else seeds[:, 5:]
     return np.concatenate([q, np.broadcast_to(more[:, None], (len(q), 4, made.idle))], axis=-1)
 
 

@@ -55,15 +55,6 @@ def fit_segment(along: Floats, across: Floats, pad: Floats | float = 0.0) -> tup
     return float(low[k]), float(high[k]), float(radii[k, 0]) + GRAIN
 
 
-def enclosing_center(points: Floats, rounds: int = 400) -> Floats:
-    """Centre (d,) of a ball that nearly is the smallest round `points` (m, d): Badoiu and Clarkson's iteration."""
-    center = points.mean(axis=0)
-    for k in range(1, rounds):
-        offset = points - center
-        center = center + offset[np.einsum("ij,ij->i", offset, offset).argmax()] / (k + 1.0)
-    return center
-
-
 def enclosing_ball(centers: Floats, radii: Floats) -> Floats:
     """Centre and radius (4,) of a small ball that holds balls (m, 3), (m,): stepping towards the furthest."""
     best, radius = centers[0], np.inf
@@ -75,40 +66,6 @@ def enclosing_ball(centers: Floats, radii: Floats) -> Floats:
             best, radius = center, float(reach[far])
         center = center + (centers[far] - center) / (k + 3.0)
     return np.array([*best, radius + GRAIN])
-
-
-def fit_capsule(points: Floats, pad: Floats | float = 0.0, rounds: int = 120, refine: int = 0) -> Body:
-    """A small capsule round balls of radius `pad` at `points` (m, 3): about the principal axes of the points, the best of them
-    then turned `refine` times by ever smaller angles (seed 0)."""
-    centered = points - points.mean(axis=0)
-    axes = np.linalg.svd(centered, full_matrices=True)[2] if len(points) > 1 else np.eye(3)
-    best, body = min(((_about(points, axis, pad, rounds)) for axis in axes), key=lambda item: item[0])
-    rng = np.random.default_rng(0)
-    width = 0.25
-    for _ in range(refine):
-        axis = body.b - body.a
-        length = float(np.linalg.norm(axis))
-        if length < 1e-9:
-            break
-        turned = axis / length + width * rng.normal(size=3)
-        volume, other = _about(points, turned / np.linalg.norm(turned), pad, rounds)
-        if volume < best:
-            best, body = volume, other
-        else:
-            width *= 0.75
-    return body
-
-
-def _about(points: Floats, axis: Floats, pad: Floats | float, rounds: int) -> tuple[float, Body]:
-    """The capsule of least volume (over pi) along an axis."""
-    side = np.cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))])
-    side /= np.linalg.norm(side)
-    sides = np.array([side, np.cross(axis, side)], dtype=np.float64)
-    flat = points @ sides.T
-    middle = enclosing_center(flat, rounds)
-    low, high, radius = fit_segment(points @ axis, np.linalg.norm(flat - middle, axis=1), pad)
-    foot = middle @ sides
-    return radius**2 * (high - low + 4.0 / 3.0 * radius), Body(foot + low * axis, foot + high * axis, radius)
 
 
 def from_sphere(radius: float) -> list[Body]:

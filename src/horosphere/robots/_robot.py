@@ -78,6 +78,13 @@ class Limits:
             j = int(np.argmax(self.lower > self.upper))
             raise InputError(f"joint {j}: lower {self.lower[j]:g} > upper {self.upper[j]:g}", place="limits")
 
+    @property
+    def middle(self) -> Floats:
+        """The middle of each range (n,); where an end is missing, the value nearest to 0."""
+        bounded = np.isfinite(self.lower) & np.isfinite(self.upper)
+        ends = np.where(bounded, [self.lower, self.upper], 0.0)
+        return np.where(bounded, 0.5 * (ends[0] + ends[1]), np.clip(0.0, self.lower, self.upper))
+
     @staticmethod
     def unlimited(n: int) -> Limits:
         """No limit on any of n coordinates."""

@@ -27,6 +27,8 @@ if TYPE_CHECKING:
     from ..robots import Robot
 
 VERSION = "horosphere/scene"
+ROBOT = "horosphere/robot"
+_FIRST_SCENE = "`horosphere robot FILE --scene first.yaml` writes a first scene for it"
 FIELDS = (
     VERSION,
     "name",
@@ -62,6 +64,8 @@ def load_scene(
         problem = found.problem(found.scenes[name], request)
         return problem.scene(robot_for(problem, robot, tip, srdf), name=name.replace("/", "-"))
     file = locate(path)
+    if file.suffix.lower() == ".urdf":
+        raise InputError("a robot, expected a scene", place=str(path), remedy=_FIRST_SCENE)
     document = read_yaml(file)
     if is_moveit(document.data):
         problem = from_document(file, document, request)
@@ -71,7 +75,7 @@ def load_scene(
         extra = ", ".join(f"`{key}`" for key, value in given.items() if value is not None)
         raise InputError(
             f"{extra}: for MoveIt scenes, and this is none",
-            place=str(file),
+            place=str(path),
             remedy="a scene of ours says it itself (docs/scenes.md)",
         )
     return _own_scene(file, document)
@@ -82,6 +86,9 @@ def _own_scene(file: Path, document: Document) -> Scene:
     data = reader.document.data
     if not isinstance(data, dict):
         reader.fail((), "expected the fields of a scene", remedy=f"a scene starts with `{VERSION}: 1`")
+        reader.finish()
+    if VERSION not in data and ROBOT in data:
+        reader.fail((), "a robot, expected a scene", remedy=_FIRST_SCENE)
         reader.finish()
     _header(reader, data)
     folder = file.resolve().parent

@@ -112,6 +112,7 @@ class PointCloud(Shape):
         """About the middle of the bounding box."""
         if self not in _balls:
             centre = 0.5 * (self.points.min(axis=0) + self.points.max(axis=0))
+            centre.setflags(write=False)  # it is kept, and handed out
             _balls[self] = centre, float((np.linalg.norm(self.points - centre, axis=1) + self.radius).max())
         return _balls[self]
 

@@ -5,8 +5,6 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ..numeric import wrap_angle
-
 
 def singularity(joints: NDArray[np.float64], lengths: NDArray[np.float64], fraction: float) -> NDArray[np.float64]:
     """How far the wheel axes are from meeting in one point or being parallel: 0 exactly when they do, (...,).
@@ -33,14 +31,6 @@ def fold_joints(lengths: NDArray[np.float64], fraction: float) -> NDArray[np.int
     """
     first, second = lengths[1:-2], lengths[2:-1]
     return 2 + np.flatnonzero(np.isclose((1.0 - fraction) * first, fraction * second, rtol=1e-12, atol=0.0))
-
-
-def distance_to_folds(q: NDArray[np.float64], lengths: NDArray[np.float64], fraction: float) -> NDArray[np.float64]:
-    """Smallest |Phi_j - pi| over the invariant folds, radians, (...,); pi where the snake has none."""
-    joints = fold_joints(lengths, fraction)
-    if joints.size == 0:
-        return np.full(q.shape[:-1], np.pi)
-    return (np.pi - np.abs(wrap_angle(q[..., 2 + joints]))).min(axis=-1)
 
 
 def regularity(q: NDArray[np.float64], lengths: NDArray[np.float64]) -> NDArray[np.float64]:
