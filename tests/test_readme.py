@@ -5,6 +5,8 @@ from pathlib import Path
 
 import pytest
 
+import horosphere as hs
+
 ROOT = Path(__file__).resolve().parent.parent
 PAGES = ("README.md", *sorted(f"docs/{path.name}" for path in (ROOT / "docs").glob("*.md")))
 
@@ -91,3 +93,20 @@ def test_links_lead_somewhere():
     for page in ("README.md", *(f"docs/{path.name}" for path in (ROOT / "docs").glob("*.md"))):
         for target in re.findall(r"\]\((?!http)([^)#]+)", (ROOT / page).read_text()):
             assert ((ROOT / page).parent / target).exists(), f"{page}: {target}"
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_what_a_page_names_is_there(page):
+    """Files, tests, options of the command line, and names of the public modules."""
+    text = (ROOT / page).read_text()
+    for path in re.findall(r"(?:tests|benchmarks|derivations|examples|src)/[\w/.-]*\w", text):
+        assert (ROOT / path).exists(), path
+    tests = {name for file in ROOT.glob("tests/**/*.py") for name in re.findall(r"def (test_\w+)", file.read_text())}
+    for name in re.findall(r"(?<![\w/])(test_\w+)(?![\w.])`", text):
+        assert name in tests, name
+    options = {word for file in ROOT.glob("src/horosphere/**/*.py") for word in re.findall(r"\w+", file.read_text())}
+    for option in re.findall(r"--([a-z][a-z-]+)", text):
+        assert option.replace("-", "_") in options or option.removeprefix("no-") in options, option
+    for module, name in re.findall(r"`(?:hs\.|horosphere\.)?([a-z]+)\.([A-Za-z_]+)", text):
+        if module in dir(hs):
+            assert hasattr(getattr(hs, module), name), f"{module}.{name}"

@@ -41,9 +41,9 @@ def _rebuild(cls, message, place, remedy, choices):
     return cls(message, place=place, remedy=remedy, choices=choices)
 
 
-def unknown_name(kind: str, name: str, choices: Iterable[str], place: str | None = None) -> InputError:
+def unknown_name(kind: str, name: object, choices: Iterable[str], place: str | None = None) -> InputError:
     """The error for a name that is not among `choices`, with the nearest ones suggested."""
     valid = sorted(choices)
-    near = get_close_matches(name, valid, n=3, cutoff=0.5)
+    near = get_close_matches(name, valid, n=3, cutoff=0.5) if isinstance(name, str) else []
     remedy = f"did you mean {' or '.join(repr(n) for n in near)}?" if near else None
     return InputError(f"unknown {kind} {name!r}", place=place, remedy=remedy, choices=valid)

@@ -112,3 +112,20 @@ def test_the_options_of_a_robot_file_are_the_same_everywhere(capsys):
     for option in ("--base", "--tip", "--capsules", "--link-radius", "--srdf", "--group", "--collision", "--budget"):
         assert all(option in text for text in told), option
     assert all("Last link of the chain (URDF)" in text for text in told)
+
+
+def test_times_stand_on_one_line_each(capsys):
+    """Also where they have four digits and the names of the sets are long."""
+    from rich.table import Table
+
+    from horosphere.cli import _output
+
+    table = Table(box=None, padding=(0, 2, 0, 0))
+    for name in ("set", *"abcde"):
+        table.add_column(name, no_wrap=True)
+    table.add_row("table_under_pick_panda", *["1111 / 2222 / 33333"] * 5)
+    _output.print_table(table, wide=True)
+    assert capsys.readouterr().out.splitlines()[1].split("  ") == [
+        "table_under_pick_panda",
+        *["1111 / 2222 / 33333"] * 5,
+    ]

@@ -169,7 +169,7 @@ def test_a_prismatic_joint_and_no_limits(tmp_path):
         (Point.from_euclidean([0, 0, 1]), {"tool_axis": [0, 0, 0]}, "zero"),
         (Point.from_euclidean([0, 0, 1]), {"seed": np.zeros(5)}, "seed"),
         (Point.from_euclidean([0, 0, 1]), {"seed": np.full(7, np.nan)}, "seed"),
-        (Point.from_euclidean([0, 0, 1]), {"attempts": 0}, "positive"),
+        (Point.from_euclidean([0, 0, 1]), {"attempts": 0}, "attempts: expected at least 1"),
     ],
 )
 def test_bad_input(target, options, word):

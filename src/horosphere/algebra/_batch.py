@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any, ClassVar, Self
 
@@ -79,15 +79,25 @@ class Batch:
     def reshape(self, *shape: int) -> Self:
         """The same values with another batch shape (sizes, or one tuple of sizes)."""
         sizes = shape[0] if len(shape) == 1 and isinstance(shape[0], tuple) else shape
-        return self._wrap(self.array.reshape(*sizes, self.array.shape[-1]).copy())
+        try:
+            array = self.array.reshape(*sizes, self.array.shape[-1])
+        except (TypeError, ValueError):
+            raise InputError(f"{self.size} values have no batch shape {sizes!r}", place="shape") from None
+        return self._wrap(array.copy())
 
     def broadcast_to(self, shape: tuple[int, ...]) -> Self:
         """The values repeated to a batch shape."""
-        return self._wrap(np.broadcast_to(self.array, (*shape, self.array.shape[-1])).copy())
+        try:
+            array = np.broadcast_to(self.array, (*shape, self.array.shape[-1]))
+        except (TypeError, ValueError):
+            raise InputError(f"a batch of shape {self.shape} has no shape {shape!r}", place="shape") from None
+        return self._wrap(array.copy())
 
     @classmethod
     def stack(cls, values: Any, axis: int = 0) -> Self:
         """Values of this type (equal batch shapes) along a new batch axis. Raises InputError on other types."""
+        if not isinstance(values, Iterable):
+            raise InputError(f"expected {cls.__name__} values, got {type(values).__name__}", place="values")
         rows = list(values)
         for i, v in enumerate(rows):
             if not isinstance(v, cls):

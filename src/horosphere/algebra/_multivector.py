@@ -47,8 +47,8 @@ class Multivector(Batch):
     @classmethod
     def blade(cls, name: str, coefficient: ArrayLike = 1.0) -> Self:
         """A multiple of the basis blade `name`, one of `Multivector.NAMES` such as "e12". Raises InputError."""
-        if name not in t.NAMES:
-            raise unknown_name("blade", name, t.NAMES)
+        if not isinstance(name, str) or name not in t.NAMES:
+            raise unknown_name("blade", name, t.NAMES, place="name")
         c = float_array(coefficient, "coefficient")
         out = np.zeros((*c.shape, 32))
         out[..., t.NAMES.index(name)] = c
@@ -68,9 +68,9 @@ class Multivector(Batch):
 
     def null(self, name: str) -> NDArray[np.float64]:
         """Coefficient (...) of an outer product of null-basis vectors, named as in `from_null`."""
-        key = "" if name == "s" else name[1:]
-        if key not in t.NULL_POSITION:
-            raise unknown_name("blade", name, ["s"] + ["e" + n for n in t.NULL_NAMES[1:]])
+        key = "" if isinstance(name, str) and name == "s" else str(name)[1:]
+        if not isinstance(name, str) or key not in t.NULL_POSITION:
+            raise unknown_name("blade", name, ["s"] + ["e" + n for n in t.NULL_NAMES[1:]], place="name")
         return self.array @ t.TO_NULL[t.NULL_POSITION[key]]
 
     @property
@@ -80,8 +80,8 @@ class Multivector(Batch):
 
     def coefficient(self, name: str) -> NDArray[np.float64]:
         """The coefficient (...) of the basis blade `name`, one of `Multivector.NAMES`."""
-        if name not in t.NAMES:
-            raise unknown_name("blade", name, t.NAMES)
+        if not isinstance(name, str) or name not in t.NAMES:
+            raise unknown_name("blade", name, t.NAMES, place="name")
         return self.array[..., t.NAMES.index(name)]
 
     @property
@@ -123,7 +123,7 @@ class Multivector(Batch):
             return self * other.inverse()
         divisor = _scalars(other)
         if not np.all(divisor):
-            raise InputError("division of a Multivector by zero")
+            raise InputError("division of a Multivector by zero", place="other")
         return self._wrap(self.array / divisor)
 
     def __rtruediv__(self, other: ArrayLike) -> Multivector:
@@ -159,7 +159,7 @@ class Multivector(Batch):
     def grade(self, *grades: int) -> Multivector:
         """The part of these grades (0..5)."""
         for k in grades:
-            if k not in range(6):
+            if not isinstance(k, int | np.integer) or k not in range(6):
                 raise InputError(f"expected grades 0..5, got {k!r}", place="grades")
         return self._wrap(self.array * np.isin(t.GRADE, grades))
 

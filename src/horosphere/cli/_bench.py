@@ -180,7 +180,7 @@ def _report(what: str, run: Any, runs: Runs) -> int:
     for k, column in enumerate(("set", "problems", "solved", "certified", "touching", "length (rad)")):
         counts.add_column(column, justify="left" if k == 0 else "right")
     for k, column in enumerate(("set", "plan", "simplify", "certificate", "total", "whole call")):
-        times.add_column(column, justify="left" if k == 0 else "right")
+        times.add_column(column, justify="left" if k == 0 else "right", no_wrap=True)
     for line in lines:
         touching = "-" if line["touching"] is None else line["touching"]
         counts.add_row(
@@ -191,7 +191,7 @@ def _report(what: str, run: Any, runs: Runs) -> int:
         parts = ("plan_us", "simplify_us", "certificate_us", "total_us", "call_us")
         times.add_row(line["set"], *(" / ".join(f"{x:.0f}" for x in line[part]) for part in parts))
     out.print_table(counts)
-    out.print_table(times)
+    out.print_table(times, wide=True)
     rows = [("Solved by", ", ".join(f"{name}: {number}" for name, number in table.solvers().items()) or "nothing")]
     if table.states_per_rad:
         rows.append(("Touching", f"in {table.states_per_rad:g} configurations per radian, by plain numpy"))

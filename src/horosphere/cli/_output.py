@@ -53,9 +53,11 @@ def print_rows(rows: Any, title: str | None = None) -> None:
     print_table(table)
 
 
-def print_table(table: Any) -> None:
-    """A table without the blanks that rich fills its lines with."""
+def print_table(table: Any, wide: bool = False) -> None:
+    """A table without the blanks that rich fills its lines with; `wide`: in a file or a pipe its lines may be long."""
     screen = console()
+    if wide and not screen.is_terminal:
+        screen.width = 200
     if screen.is_terminal:
         screen.print(table)
         return

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,6 +13,7 @@ from ..entities import Point
 from ..errors import InputError
 from ..numeric import at_most, float_array
 from ..robots import Robot
+from ..robots._robot import require_robot
 from ..shapes import BoxCover, Mesh, Packed, Shape, as_shapes, box_cover
 from ..versors import Motor
 from ._reactive_pack import pack_arm, workspace
@@ -95,18 +95,15 @@ class Reactive:
         angle_tolerance: float = 1e-2,
         sweeps: int = 30,
     ) -> None:
-        if not isinstance(robot, Robot):
-            raise InputError(
-                f"expected a Robot, got {type(robot).__name__}", place="robot", remedy="robots.load(name_or_urdf)"
-            )
+        require_robot(robot)
         n = robot.n_joints
         for name, value in (("period", period), ("gamma", gamma), ("speed", speed), ("turn", turn)):
-            if not (math.isfinite(value) and value > 0.0):
+            if float(float_array(value, name, ndim=0)) <= 0.0:
                 raise InputError(f"expected a number > 0, got {value!r}", place=name)
         if gamma > 1.0:
             raise InputError(f"expected 0 < gamma <= 1, got {gamma!r}", place="gamma")
         for name, value in (("clearance", clearance), ("self_clearance", self_clearance)):
-            if not (math.isfinite(value) and value >= 0.0):
+            if float(float_array(value, name, ndim=0)) < 0.0:
                 raise InputError(f"expected metres >= 0, got {value!r}", place=name)
         self.robot, self.period = robot, float(period)
         self._assumed: tuple[str, ...] = ()

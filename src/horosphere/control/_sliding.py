@@ -5,7 +5,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import InputError, unknown_name
+from ..errors import unknown_name
+from ..numeric import number
 
 Array = NDArray[np.float64]
 LAWS = ("implicit-unit-vector", "explicit", "boundary-layer", "super-twisting")
@@ -37,8 +38,7 @@ class SlidingMode:
         if self.law not in LAWS:
             raise unknown_name("control law", str(self.law), LAWS, place="law")
         for name in ("gain", "layer", "twist"):
-            if not getattr(self, name) > 0.0:
-                raise InputError(f"expected a number above 0, got {getattr(self, name):g}", place=name)
+            number(getattr(self, name), name, above=0.0)
 
     def reset(self) -> None:
         """Forget the integral of the super-twisting law."""

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import InputError
+from ..numeric import number, whole_number
 
 Array = NDArray[np.float64]
 Direction = Callable[[Array], Array]
@@ -30,12 +30,9 @@ class SpeedProfile:
 
     def __post_init__(self) -> None:
         for name in ("fastest", "braking", "lateral"):
-            if not getattr(self, name) > 0.0:
-                raise InputError(f"expected a number above 0, got {getattr(self, name):g}", place=name)
-        if self.looks < 1 or self.slow_down < 0.0:
-            raise InputError(
-                f"expected looks >= 1 and slow_down >= 0, got {self.looks} and {self.slow_down:g}", place="speed"
-            )
+            number(getattr(self, name), name, above=0.0)
+        whole_number(self.looks, "looks", 1)
+        number(self.slow_down, "slow_down", least=0.0)
 
     def __call__(self, x: Array, goal: Array, direction: Direction) -> tuple[float, Array]:
         """The speed in m/s and the unit direction at `x` (n,)."""

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InputError
-from ..numeric import float_array
+from ..numeric import float_array, number
 from ._sliding import SlidingMode
 from ._speed import SpeedProfile
 
@@ -22,11 +22,8 @@ class PointMass:
     max_acceleration: float = 4.0
 
     def __post_init__(self) -> None:
-        if self.radius < 0.0 or not self.max_acceleration > 0.0:
-            raise InputError(
-                f"expected radius >= 0 and max_acceleration > 0, got {self.radius:g}, {self.max_acceleration:g}",
-                place="PointMass",
-            )
+        number(self.radius, "radius", least=0.0)
+        number(self.max_acceleration, "max_acceleration", above=0.0)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -178,8 +175,9 @@ def tracking_inflation(radius: ArrayLike, distance: ArrayLike, speed: float | Sp
     R, D = np.broadcast_arrays(float_array(radius, "radius"), float_array(distance, "distance"))
     if (R <= 0.0).any() or (D <= R).any():
         raise InputError("expected 0 < radius < distance", place="radius, distance")
-    if (not isinstance(speed, SpeedProfile) and not speed > 0.0) or error < 0.0:
-        raise InputError(f"expected speed > 0 and error >= 0, got {speed} and {error:g}", place="speed, error")
+    if not isinstance(speed, SpeedProfile):
+        speed = number(speed, "speed", above=0.0)
+    error = number(error, "error", least=0.0)
     result = np.empty(R.shape)
     for k in np.ndindex(R.shape):
         most = float(D[k] - R[k]) * (1.0 - 1e-9)

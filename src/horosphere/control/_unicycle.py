@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InputError
-from ..numeric import float_array, wrap_angle
+from ..numeric import float_array, number, wrap_angle
 from ._speed import SpeedProfile
 
 Array = NDArray[np.float64]
@@ -24,10 +24,8 @@ class Unicycle:
 
     def __post_init__(self) -> None:
         for name in ("max_speed", "max_turn_rate", "max_acceleration"):
-            if not getattr(self, name) > 0.0:
-                raise InputError(f"expected a number above 0, got {getattr(self, name):g}", place=name)
-        if self.radius < 0.0:
-            raise InputError(f"expected a radius of at least 0, got {self.radius:g}", place="radius")
+            number(getattr(self, name), name, above=0.0)
+        number(self.radius, "radius", least=0.0)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

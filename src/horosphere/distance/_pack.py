@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from ..numeric import nearest_rotation
 from ..robots import Robot
 from ..robots._placement import rotation_translation
+from ..robots._robot import require_robot
 from ..shapes import Packed
 
 Floats = NDArray[np.float64]
@@ -34,7 +35,7 @@ def pack_robot(robot: Robot, static: bool = True) -> Body:
     Without `static`, the bodies that no joint moves (frame 0) are marked by frame -1: they meet the robot's own links, and no
     obstacle. A robot stands on something, and no motion changes how far its base is from it.
     """
-    if "distance" not in robot.memo:
+    if "distance" not in require_robot(robot).memo:
         body = _pack(robot)
         robot.memo["distance"] = body
         robot.memo["distance of what moves"] = body._replace(frames=np.where(body.frames == 0, -1, body.frames))

@@ -8,9 +8,9 @@ from typing import Any, Literal, overload
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..errors import InputError
 from ..numeric import float_array
 from ..robots import Robot
+from ..robots._robot import require_robot
 from ..shapes import Packed, as_shapes, pack
 from ._pack import Body, pack_robot
 
@@ -40,7 +40,7 @@ def pack_obstacles(obstacles: Any, *, trees: bool = True) -> Packed:
 
 def allowance(robot: Robot, solids: Packed) -> NDArray[np.bool_] | None:
     """Which capsules (m) may touch which rows of the obstacles: those of `robot.allowed_obstacles`; None if there are none."""
-    pairs = [(link, name) for link, name in robot.allowed_obstacles if name in solids.names]
+    pairs = [(link, name) for link, name in require_robot(robot).allowed_obstacles if name in solids.names]
     if not pairs:
         return None
     allowed = np.zeros((len(robot.capsules), len(solids.rows)), np.bool_)
@@ -52,10 +52,7 @@ def allowance(robot: Robot, solids: Packed) -> NDArray[np.bool_] | None:
 
 def configurations(robot: Robot, q: ArrayLike) -> Floats:
     """q (..., n) checked and writable (a read-only array would be compiled for again)."""
-    if not isinstance(robot, Robot):
-        raise InputError(
-            f"expected a Robot, got {type(robot).__name__}", place="robot", remedy="robots.load(name_or_urdf)"
-        )
+    require_robot(robot)
     array = float_array(q, "q", last=robot.n_joints)
     return array if array.flags.writeable else array.copy()
 

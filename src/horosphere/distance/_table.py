@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..numeric import number
 from ..robots import Robot
 from ._pack import pack_robot
 from ._signed import allowance, configurations, pack_obstacles
@@ -55,6 +56,7 @@ class DistanceTable:
 
     def contacts(self, below: float = np.inf) -> list[Contact]:
         """All pairs nearer than `below` (m), nearest first; of a batch, the nearest configuration of each pair."""
+        below = number(below, "below")
         m, k = len(self.links), len(self.obstacles)
         found = []
         flat = self.distance.reshape(math.prod(self.distance.shape[:-2]), m, k)

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InputError, unknown_name
-from ..numeric import float_array
+from ..numeric import float_array, number
 from ._build import Layout, lay_out
 from ._certificate import FieldCertificate, certify_field
 from ._charge import safe_charge, superposition_charges
@@ -51,7 +51,7 @@ class HarmonicField:
         self.goal = float_array(_coordinates(goal), "goal", ndim=1).copy()
         if len(self.goal) < 2:
             raise InputError(f"expected a goal in R^n with n >= 2, got {len(self.goal)} coordinate", place="goal")
-        rule = _ALIASES.get(rule, rule)
+        rule = _ALIASES.get(str(rule), rule)
         if rule not in RULES:
             raise unknown_name("rule", str(rule), RULES, place="rule")
         blend = ("printed" if rule == "printed" else "smooth") if blend is None else _ALIASES.get(blend, blend)
@@ -242,7 +242,9 @@ class HarmonicField:
         reason = self.obstructed(start)
         if reason is not None:
             return Path(start[None], reason, 0.0, float(self.clearance(start)))
-        return follow(self, start, step, tolerance, keep, int(number(max_steps, "max_steps", least=1.0)), method)
+        return follow(
+            self, start, step, tolerance, keep, int(number(max_steps, "max_steps", least=1.0, most=1e9)), method
+        )
 
     def step(self, x: ArrayLike, step: float, *, keep: float = 0.5) -> Array:
         """Where to be one sampling period later: the clipped step of at most `step` = speed x period metres from `x` (n,)."""
@@ -260,7 +262,7 @@ class HarmonicField:
 
     def obstructed(self, x: ArrayLike) -> str | None:
         """Why no motion can start at `x` (n,): inside a zone or outside the workspace; None where it can."""
-        x = np.asarray(x, dtype=np.float64)
+        x = float_array(_coordinates(x), "x", last=self.dimension, ndim=1)
         d = self.world.clearances(self.chart.to_balls(x[None]))[0]
         m = len(self.world.radii)
         if m and d[:m].min() < -1e-12 * float(self.world.radii.max()):
@@ -302,16 +304,6 @@ class HarmonicField:
 def _coordinates(value: Any) -> Any:
     """Of a conformal point its Euclidean coordinates, anything else as it is."""
     return value.as_euclidean() if hasattr(value, "as_euclidean") else value
-
-
-def number(value: Any, name: str, *, above: float = -np.inf, least: float = -np.inf, most: float = np.inf) -> float:
-    """A float within bounds; raises InputError naming them."""
-    x = float(float_array(value, name, ndim=0, finite=False))
-    if np.isnan(x) or x <= above or x < least or x > most:
-        bounds = [f"above {above:g}"] * (above > -np.inf) + [f"at least {least:g}"] * (least > -np.inf)
-        bounds += [f"at most {most:g}"] * (most < np.inf)
-        raise InputError(f"expected a number {' and '.join(bounds)}, got {x:g}", place=name)
-    return x
 
 
 def _world(goal: Array, layout: Layout, boundary, rule: str, exponent, blend: str, sensor_range) -> World:

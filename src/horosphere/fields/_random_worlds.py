@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from ..errors import unknown_name
 from ..maps import Star, ellipsoid, lobed
 from ..maps._cells import disjoint
+from ..numeric import whole_number
 from ._merge import as_star
 from ._shells import separation
 
@@ -46,7 +47,7 @@ def random_world(family: str, seed: int) -> RandomWorld:
     """
     if family not in FAMILIES:
         raise unknown_name("family", family, FAMILIES, place="family")
-    rng = np.random.default_rng([FAMILIES.index(family), seed])
+    rng = np.random.default_rng([FAMILIES.index(family), whole_number(seed, "seed", 0)])
     n = _BALLS[family][0] if family in _BALLS else 3 if family == "plates" else 2
     while True:
         start, goal = rng.uniform(0.5, BOX - 0.5, (2, n))

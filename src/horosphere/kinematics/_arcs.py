@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..distance import pack_robot, table
 from ..errors import InputError
 from ..numeric import float_array
+from ..robots._robot import require_robot
 from ._targets import pose_arrays
 from ._wrist_arms import _reference, arm_lengths
 
@@ -88,7 +89,7 @@ def elbow_arcs(
     half-space that of its own plane moved out by as much, and that plane cuts the elbow circle in the point pair (z ^ pi)*. Our
     derivation. Raises InputError for a robot without redundancy, a batch of targets, other obstacles, capsules off the links' axes.
     """
-    if not robot.closed_form or robot.closed_form[0] != "srs_arm":
+    if not require_robot(robot).closed_form or robot.closed_form[0] != "srs_arm":
         from ._free_arcs import free_arcs
 
         return free_arcs(robot, target, obstacles, clearance, limits=False)

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..robots._robot import require_robot
 from ._screws import Screws, screws
 
 Floats = NDArray[np.float64]
@@ -94,7 +95,7 @@ def classify(robot: Any) -> Structure:
     Built-in arms have their own closed form; any other chain of 5, 6 or 7 revolute joints is read from its axes,
     first exactly (1e-5 m, 1e-5 rad), then with gaps of up to 2 mm, then from the other end. Anything else is numerical.
     """
-    known = robot.memo.get("structure")
+    known = require_robot(robot).memo.get("structure")
     if known is None:
         known = robot.memo["structure"] = _classify(robot)
     return known

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..kernels import output_array
 from ..numeric import float_array
 from ..robots import Robot, link_index
+from ..robots._robot import require_robot
 from ..versors import Motor
 from ._robot_kernels import run
 from ._tree import tree
@@ -19,7 +20,7 @@ Floats = NDArray[np.float64]
 
 def joint_array(robot: Robot, q: ArrayLike) -> Floats:
     """q as a C-contiguous float64 array (..., n); InputError if it has another last axis."""
-    return float_array(q, f"q of {robot.name!r}", last=robot.n_joints, finite=False)
+    return float_array(q, f"q of {require_robot(robot).name!r}", last=robot.n_joints, finite=False)
 
 
 def check_finite(robot: Robot, q: Floats) -> None:

@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike
 
 from ..entities import Point
 from ..errors import InputError
+from ..robots._robot import require_robot
 from ..versors import Motor
 from ._classify import classify
 from ._humanoid import humanoid_inverse
@@ -43,7 +44,7 @@ def inverse(
     plane. closed_form=False, or a robot without one: `numerical_inverse(robot, target, seed=seed, **options)`.
     Unreachable targets are values: `.valid` is False and `.reason` says why. Raises InputError for what cannot be used.
     """
-    structure = robot.memo.get("structure") or classify(robot)
+    structure = require_robot(robot).memo.get("structure") or classify(robot)
     given = {"phi": phi, "psi": psi, "q7": q7, "q1": q1, "q5": q5}
     if closed_form and structure.position is not None and isinstance(target, Point):
         _no_options(options)

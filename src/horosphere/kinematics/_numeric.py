@@ -9,8 +9,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..entities import Line, Point
 from ..errors import InputError
-from ..numeric import float_array
+from ..numeric import float_array, number, whole_number
 from ..robots import Robot
+from ..robots._robot import require_robot
 from ..versors import Motor
 from ._forward import forward
 from ._solutions import IkSolutions
@@ -49,12 +50,14 @@ def numerical_inverse(
     """
     from . import _numeric_kernels
 
+    require_robot(robot)
     goals, rules, batch = _goals(target)
     axis = float_array(tool_axis, "tool_axis", last=3, ndim=1)
     if not np.linalg.norm(axis) > 0.0:
         raise InputError("the zero vector is no direction", place="tool_axis")
-    if solutions < 1 or attempts < 1 or iterations < 1 or not tolerance > 0.0:
-        raise InputError("solutions, attempts, iterations and tolerance must be positive", place="numerical_inverse")
+    solutions, attempts = whole_number(solutions, "solutions", 1), whole_number(attempts, "attempts", 1)
+    iterations, random_seed = whole_number(iterations, "iterations", 1), whole_number(random_seed, "random_seed", 0)
+    tolerance = number(tolerance, "tolerance", above=0.0)
     n, limits, flat = robot.n_joints, robot.limits, goals.reshape(-1, 14)
     first = limits.middle if seed is None else float_array(seed, "seed", last=n)
     first = np.clip(np.broadcast_to(first, (*batch, n)).reshape(-1, n), limits.lower, limits.upper)

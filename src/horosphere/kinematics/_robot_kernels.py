@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..kernels import BIVECTOR, E0, EUCLIDEAN, MOTOR, MV, Kernel, apply_motor, output_array, scalars
 from ..numeric import float_array
 from ..robots import Robot
+from ..robots._robot import require_robot
 from ..versors import Motor
 from . import _joint_kernels as joints
 from ._tree import Tree, chain
@@ -97,7 +98,7 @@ _KERNELS: dict[tuple[str, str], Kernel] = {}
 
 def robot_kernel(robot: Robot, what: str) -> Kernel:
     """The kernel for one of MAKERS; robots that move alike share it."""
-    key = (robot.content, what)
+    key = (require_robot(robot).content, what)
     if key not in _KERNELS:
         _KERNELS[key] = MAKERS[what][0](robot)
     return _KERNELS[key]

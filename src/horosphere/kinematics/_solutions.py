@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InputError
 from ..numeric import float_array
+from ..robots._robot import require_robot
 
 Floats = NDArray[np.float64]
 
@@ -84,7 +85,8 @@ class IkSolutions:
 
     def within_limits(self, robot, tolerance: float = 1e-9) -> NDArray[np.bool_]:
         """(..., branches) the row is valid and inside the joint limits of `robot` (to `tolerance` radians)."""
-        lower, upper = robot.limits.lower - tolerance, robot.limits.upper + tolerance
+        limits = require_robot(robot).limits
+        lower, upper = limits.lower - tolerance, limits.upper + tolerance
         return self.valid & ((self.q >= lower) & (self.q <= upper)).all(axis=-1)
 
     def nearest(self, q: ArrayLike, robot=None) -> Floats:

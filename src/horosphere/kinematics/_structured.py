@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InputError
 from ..numeric import float_array
+from ..robots._robot import require_robot
 from ._classify import Structure, chain_structure, classify
 from ._solutions import IkSolutions, branch_table
 from ._targets import common_shape, pose_motor
@@ -78,7 +79,7 @@ class Solver:
 
 def solver(robot: Any) -> Solver:
     """The compiled solver of a robot that `classify` found a structure for."""
-    known = robot.memo.get("ik solver")
+    known = require_robot(robot).memo.get("ik solver")
     if known is not None:
         return known
     from . import _seven_kernels, _six_kernels

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputError
-from ..numeric import float_array
+from ..numeric import float_array, number, whole_number
 from ._cells import grid
 from ._directions import directions, unit
 from ._star import Star
@@ -165,14 +165,16 @@ def star(
     """The star-shaped body center + r u, r <= function(u), in any R^n; see `FunctionStar`."""
     if not callable(function):
         raise InputError(f"expected a function of directions u (m, n), got {type(function).__name__}", place="function")
-    if steepest is not None and not (np.isfinite(steepest) and steepest >= 0.0):
-        raise InputError(f"expected a number of at least 0, got {steepest:g}", place="steepest")
+    if steepest is not None and number(steepest, "steepest", least=0.0) == np.inf:
+        raise InputError("expected a finite number, got inf", place="steepest")
     return FunctionStar(float_array(center, "center", ndim=1), function, slope, steepest, name=name)
 
 
 def lobed(center, radius: float, depth: float, lobes: int, phase: float = 0.0, *, name: str = "") -> FunctionStar:
     """The planar star r = radius (1 + depth cos(lobes angle + phase)), 0 <= depth < 1."""
-    if not 0.0 <= depth < 1.0 or not radius > 0.0:
+    radius, depth = number(radius, "radius", above=0.0), number(depth, "depth", least=0.0)
+    lobes, phase = whole_number(lobes, "lobes", 1), number(phase, "phase")
+    if not depth < 1.0 or not radius < np.inf:
         raise InputError(f"expected radius > 0 and 0 <= depth < 1, got {radius:g} and {depth:g}", place="lobed")
 
     def function(u: Array) -> Array:

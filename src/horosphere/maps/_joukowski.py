@@ -57,7 +57,7 @@ class Joukowski:
         [Humanoid] section VII case (c): the chord is about 4 k long, the imaginary part of mu gives the camber.
         """
         k = _number(k, "k")
-        m = _point(mu) if np.ndim(mu) else complex(np.asarray(mu, dtype=np.complex128).item())
+        m = complex(mu) if isinstance(mu, complex | float | int | np.number) else _point(mu, "mu")
         if not k > 0.0:
             raise InputError(f"expected k > 0, got {k:g}", place="k")
         if not (np.isfinite(m) and m.real <= 0.0 and m != 0.0):
@@ -182,8 +182,8 @@ def _number(value, name: str) -> float:
     return float(float_array(value, name, ndim=0))
 
 
-def _point(value) -> complex:
-    x = float_array(value, "center", last=2, ndim=1)
+def _point(value, name: str = "center") -> complex:
+    x = float_array(value, name, last=2, ndim=1)
     return complex(x[0], x[1])
 
 

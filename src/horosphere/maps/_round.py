@@ -95,7 +95,7 @@ def ball_seen_from(center, ball_center, radius: float, *, name: str = "") -> Rou
     """The ball as a star about any point `center` strictly inside it."""
     center = float_array(center, "center", ndim=1)
     tip = float_array(ball_center, "ball_center", ndim=1, last=len(center)) - center
-    away = float(np.linalg.norm(tip))
+    away, radius = float(np.linalg.norm(tip)), float(float_array(radius, "radius", ndim=0))
     if not away < radius:
         raise InputError(f"the point lies {away - radius:.3g} m outside the ball", place="center")
     return RoundHull(center, tip, 0.5 * (radius - away), radius, name=name)

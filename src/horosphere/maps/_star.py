@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputError
-from ..numeric import float_array
+from ..numeric import float_array, number
 from ._cells import extreme_radii
 from ._directions import directions, unit
 
@@ -228,7 +228,12 @@ def superquadric(center, semi_axes, power: float = 4.0, rotation=None, *, name: 
     a = _lengths(semi_axes, "semi_axes")
     rows = _axes(rotation, len(a)) / a[:, None]
     return NormStar(
-        float_array(center, "center", last=len(a)), rows, tuple(range(len(a))), (2.0,) * len(a), float(power), name=name
+        float_array(center, "center", last=len(a)),
+        rows,
+        tuple(range(len(a))),
+        (2.0,) * len(a),
+        number(power, "power"),
+        name=name,
     )
 
 

@@ -1,8 +1,9 @@
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -173,9 +174,7 @@ def union(parts: Sequence[Star], center=None, *, slack: float = 0.05, name: str 
     Where a part is not convex the point must lie in its kernel, the ball about its centre from which it is seen whole. `slack` is the
     fraction by which the creases may be filled out. Raises InputError where no common point exists.
     """
-    parts = list(parts)
-    if not parts:
-        raise InputError("a union needs at least one part", place="parts")
+    parts = _stars(parts)
     c = common_point(parts) if center is None else float_array(center, "center", ndim=1, last=parts[0].dimension)
     if c is None or _gauges(parts, c).max() >= 1.0:
         raise InputError(
@@ -190,6 +189,21 @@ def union(parts: Sequence[Star], center=None, *, slack: float = 0.05, name: str 
     return UnionStar(c, seen, _power(len(seen), slack), name=name, slack=fraction + max(part.slack for part in parts))
 
 
+def _stars(parts: Any) -> list[Star]:
+    """At least one star, all in the same space."""
+    found = list(parts) if isinstance(parts, Iterable) else [parts]
+    if not found:
+        raise InputError("a union needs at least one part", place="parts")
+    for k, part in enumerate(found):
+        if not isinstance(part, Star):
+            raise InputError(f"expected a star, got {type(part).__name__}", place=f"parts[{k}]")
+        if part.dimension != found[0].dimension:
+            raise InputError(
+                f"expected R^{found[0].dimension} as the first, got R^{part.dimension}", place=f"parts[{k}]"
+            )
+    return found
+
+
 def _seen(part: Star, center: Array) -> Star:
     if np.array_equal(part.center, center):
         return part
@@ -200,6 +214,7 @@ def common_point(parts: Sequence[Star]) -> Array | None:
     """A point deep inside all of the `parts`, of their kernels where they are not convex; None where none was found."""
     from scipy.optimize import minimize
 
+    parts = _stars(parts)
     x0 = np.mean([part.center for part in parts], axis=0)
 
     def gauges(x: Array) -> Array:

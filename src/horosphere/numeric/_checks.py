@@ -1,4 +1,11 @@
+"""What an argument has to be: numbers, a path. Each check returns it as it is used, or raises InputError with its name."""
+
 from __future__ import annotations
+
+import operator
+import os
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -19,7 +26,7 @@ def float_array(
     else:
         array = _converted(value, name)
     if ndim is not None and array.ndim != ndim:
-        raise InputError(f"expected {ndim} axes, got shape {array.shape}", place=name)
+        raise InputError(f"expected {f'{ndim} axes' if ndim else 'one number'}, got shape {array.shape}", place=name)
     if last is not None and (array.ndim == 0 or array.shape[-1] != last):
         raise InputError(f"expected shape (..., {last}), got {array.shape}", place=name)
     if finite and not np.isfinite(array).all():
@@ -46,6 +53,35 @@ def _converted(value: ArrayLike, name: str) -> NDArray[np.float64]:
         raise
     except (TypeError, ValueError) as error:
         raise InputError(f"expected numbers, got {type(value).__name__} ({error})", place=name) from None
+
+
+def number(value: Any, name: str, *, above: float = -np.inf, least: float = -np.inf, most: float = np.inf) -> float:
+    """One float within bounds; infinite only where no bound says otherwise."""
+    x = float(float_array(value, name, ndim=0, finite=False))
+    if np.isnan(x) or x <= above or x < least or x > most:
+        bounds = [f"above {above:g}"] * (above > -np.inf) + [f"at least {least:g}"] * (least > -np.inf)
+        bounds += [f"at most {most:g}"] * (most < np.inf)
+        raise InputError(" ".join(("expected a number", " and ".join(bounds))).rstrip() + f", got {x:g}", place=name)
+    return x
+
+
+def whole_number(value: Any, name: str, least: int) -> int:
+    """An integer of at least `least`; a float is none, whatever its value."""
+    try:
+        k = operator.index(value)
+    except TypeError:
+        raise InputError(f"expected a whole number, got {value!r:.60}", place=name) from None
+    if k < least:
+        raise InputError(f"expected at least {least}, got {k}", place=name)
+    return k
+
+
+def file_path(value: Any, name: str) -> Path:
+    """A path from a str or a Path."""
+    text = os.fspath(value) if isinstance(value, str | os.PathLike) else None
+    if not isinstance(text, str):
+        raise InputError(f"expected the path of a file, got {type(value).__name__}", place=name)
+    return Path(text)
 
 
 def is_number(text: str) -> bool:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -14,7 +14,7 @@ from ..shapes import Ball, Box, Capsule, Cylinder, Ellipsoid, HalfSpace, Mesh, P
 from . import _bodies, _pairs, _placement
 from ._bodies import Body, Floats
 from ._cover import ROUNDING, CoverOptions, cover_box, cover_cylinder, cover_triangles
-from ._robot import Capsules, Link, LinkPair, Robot
+from ._robot import Capsules, Link, LinkPair, Robot, require_robot
 
 
 def attach(
@@ -37,6 +37,12 @@ def attach(
     The object is checked against every link that a joint lies between, and every obstacle, but those named in `allowed`: links
     (and then their bodies are not checked against it) or obstacles (kept in `allowed_obstacles`). Raises InputError.
     """
+    require_robot(robot)
+    if not isinstance(name, str) or not name:
+        raise InputError(f"expected a name, got {name!r:.60}", place="name")
+    names = [allowed] if isinstance(allowed, str) or not isinstance(allowed, Iterable) else list(allowed)
+    if isinstance(allowed, str) or not all(isinstance(other, str) for other in names):
+        raise InputError(f"expected names, got {allowed!r}", place="allowed")
     index = robot.tip if link is None else _index(robot, link)
     if name in robot.link_names:
         raise InputError(
@@ -48,7 +54,6 @@ def attach(
     links = (*robot.links, Link(name, index, frame))
     capsules = _joined(robot.capsules, found, new)
     grown = replace(robot, links=links, capsules=capsules)
-    names = list(allowed)
     near = {other for other in names if other in robot.link_names}
     # the link it hangs on is one rigid part with it; at the joint of that part the object overlaps by no design, so it is checked
     group = _pairs.rigid_groups(links)
@@ -97,9 +102,9 @@ def allow(robot: Robot, pairs: Iterable[tuple[str, str]], reason: str = "allowed
     Two links: out of `self_pairs`, and `pair_table` says so, with the `reason`. A link and anything else: into `allowed_obstacles`.
     """
     free: set[frozenset[str]] = set()
-    obstacles = list(robot.allowed_obstacles)
-    for pair in pairs:
-        if isinstance(pair, str) or len(pair) != 2:
+    obstacles = list(require_robot(robot).allowed_obstacles)
+    for pair in pairs if isinstance(pairs, Iterable) else (pairs,):
+        if isinstance(pair, str) or not isinstance(pair, Sequence) or len(pair) != 2:
             raise InputError(f"expected pairs of two names, got {pair!r}", place="with_allowed")
         first, second = map(str, pair)
         if first not in robot.link_names and second in robot.link_names:
@@ -123,8 +128,8 @@ def allow(robot: Robot, pairs: Iterable[tuple[str, str]], reason: str = "allowed
 
 
 def _index(robot: Robot, name: str) -> int:
-    if name not in robot.link_names:
-        raise unknown_name("link", name, robot.link_names)
+    if not isinstance(name, str) or name not in require_robot(robot).link_names:
+        raise unknown_name("link", name, require_robot(robot).link_names, place="link")
     return robot.link_names.index(name)
 
 

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..errors import InputError
+from ..numeric import float_array
 from . import _pairs, _placement
 from ._bodies import Body
 from ._document import pack
@@ -149,8 +150,7 @@ def _arm(form, parameters, names, offsets, axes, tool, limits, rates, bodies, so
 
 def _finite(**values: float) -> None:
     for name, value in values.items():
-        if not np.isfinite(value):
-            raise InputError(f"expected a finite length in metres, got {value!r}", place=name)
+        float_array(value, name, ndim=0)
 
 
 def _positive(**values: float) -> None:

@@ -6,12 +6,12 @@ from typing import Any
 
 import numpy as np
 
-from ._robot import Robot
+from ._robot import Robot, require_robot
 
 
 def describe(robot: Robot) -> dict[str, Any]:
     """Chain, limits, collision model and notes of a robot as plain values (str, float, list, None for no limit)."""
-    names = robot.link_names
+    names = require_robot(robot).link_names
     movers: dict[int, str] = {}
     for link in robot.links:
         movers.setdefault(link.coordinate, "")

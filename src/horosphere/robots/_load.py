@@ -7,16 +7,14 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
 
-import numpy as np
-
 from ..errors import InputError, unknown_name
-from ..numeric import at_most
+from ..numeric import at_most, file_path, float_array
 from . import _builtin, _chain, _pairs, _placement
 from ._bodies import Body, as_balls
 from ._closer import closer_covers
 from ._cover import CoverOptions, LinkCover, cover_link
 from ._document import load_document, pack
-from ._robot import Robot
+from ._robot import Robot, require_robot
 from ._sidecar import joint_segments, read_capsules
 from ._srdf import Srdf, read_srdf
 from ._urdf import no_file, read_urdf
@@ -64,11 +62,11 @@ def load(
     Raises InputError (file:line) for what cannot be read, unknown links, contradictory limits, closed loops, an SRDF that is
     for another robot.
     """
-    if link_radius is not None and not (np.isfinite(link_radius) and link_radius > 0):
+    if link_radius is not None and float(float_array(link_radius, "link_radius", ndim=0)) <= 0.0:
         raise InputError(f"expected a positive radius in metres, got {link_radius!r}", place="link_radius")
     options = CoverOptions(collision, budget, tolerance, geometry)
+    path = file_path(name_or_path, "name_or_path")
     text = str(name_or_path)
-    path = Path(name_or_path)
     if text in names():
         robot = _MADE[text]() if text in _MADE else load_document(CATALOGUE / f"{text}.yaml")
     elif path.suffix.lower() in (".yaml", ".yml"):
@@ -260,7 +258,7 @@ def _finish(
 
 def link_index(robot: Robot, name: str) -> int:
     """Index of a link by name; InputError with the names if there is none."""
-    for k, link in enumerate(robot.links):
-        if link.name == name:
+    for k, link in enumerate(require_robot(robot).links):
+        if isinstance(name, str) and link.name == name:
             return k
-    raise unknown_name("link", name, robot.link_names)
+    raise unknown_name("link", name, robot.link_names, place="link")

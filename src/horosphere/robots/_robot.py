@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import math
 from dataclasses import dataclass, field, fields
 from functools import cached_property
 from typing import Any, Literal
@@ -106,11 +107,16 @@ class Capsules:
     note: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        m = len(self.radius)
-        object.__setattr__(self, "link", frozen(np.reshape(self.link, m), np.int64))
-        object.__setattr__(self, "a", frozen(float_array(np.reshape(self.a, (m, 3)), "capsule ends a", last=3)))
-        object.__setattr__(self, "b", frozen(float_array(np.reshape(self.b, (m, 3)), "capsule ends b", last=3)))
-        object.__setattr__(self, "radius", frozen(float_array(np.reshape(self.radius, m), "capsule radii", ndim=1)))
+        radius = float_array(self.radius, "capsule radii", ndim=1)
+        m = len(radius)
+        for name, shape in (("link", (m,)), ("a", (m, 3)), ("b", (m, 3))):
+            array = float_array(getattr(self, name), f"capsule {name}")
+            if array.size != math.prod(shape):
+                raise InputError(
+                    f"expected shape {shape}, as there are {m} radii, got {array.shape}", place=f"capsule {name}"
+                )
+            object.__setattr__(self, name, frozen(array.reshape(shape), np.int64 if name == "link" else np.float64))
+        object.__setattr__(self, "radius", frozen(radius))
         object.__setattr__(self, "note", tuple(self.note) or ("",) * m)
         if (self.radius < 0).any():
             k = int(np.argmin(self.radius))
@@ -270,3 +276,12 @@ class Robot:
             digest.update(link.origin.tobytes() + link.axis.tobytes())
         digest.update(repr((self.tip, self.n_joints)).encode() + self.tool.tobytes())
         return digest.hexdigest()[:16]
+
+
+def require_robot(value: Any) -> Robot:
+    """The argument `robot` of a function; InputError where it is none, a name or a file for instance."""
+    if not isinstance(value, Robot):
+        raise InputError(
+            f"expected a Robot, got {type(value).__name__}", place="robot", remedy="robots.load(name_or_urdf)"
+        )
+    return value

@@ -9,14 +9,16 @@ import numpy as np
 
 from .._atomic import writing
 from ..errors import InputError
+from ..numeric import file_path
 from ._document import LIMIT_NAMES
-from ._robot import LinkPair, Robot
+from ._robot import LinkPair, Robot, require_robot
 
 
 def save(robot: Robot, path: str | Path) -> None:
     """Write a robot as YAML, which `load` reads back to the last bit, or as URDF (`.urdf`): chain, limits, collision bodies as
     spheres and cylinders. The file appears whole or not at all. Raises InputError for another ending."""
-    path = Path(path)
+    require_robot(robot)
+    path = file_path(path, "path")
     ending = path.suffix.lower()
     if ending in (".yaml", ".yml"):
         text = as_yaml(robot)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputError
-from ..numeric import float_array
+from ..numeric import float_array, number, whole_number
 from ._targets import frozen_array
 
 Floats = NDArray[np.float64]
@@ -17,9 +17,17 @@ Floats = NDArray[np.float64]
 
 def _positive(record: object, *names: str) -> None:
     for name in names:
-        value = getattr(record, name)
-        if not (np.all(np.isfinite(value)) and np.all(np.asarray(value) > 0.0)):
-            raise InputError(f"expected finite numbers > 0, got {value}", place=f"{type(record).__name__}.{name}")
+        place = f"{type(record).__name__}.{name}"
+        value = float_array(getattr(record, name), place)
+        if not (value > 0.0).all():
+            raise InputError(f"expected finite numbers > 0, got {value}", place=place)
+
+
+def _not_negative(record: object, name: str) -> None:
+    place = f"{type(record).__name__}.{name}"
+    value = float(float_array(getattr(record, name), place, ndim=0))
+    if value < 0.0:
+        raise InputError(f"expected a {name} >= 0, got {value:g}", place=place)
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,10 +46,8 @@ class PointRobot:
 
     def __post_init__(self) -> None:
         _positive(self, "max_speed", "max_acceleration")
-        if self.dimension < 2 or not 0.0 <= self.radius < np.inf:
-            raise InputError(
-                f"dimension {self.dimension} (at least 2), radius {self.radius} (at least 0)", place="PointRobot"
-            )
+        whole_number(self.dimension, "PointRobot.dimension", 2)
+        _not_negative(self, "radius")
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,8 +62,7 @@ class UnicycleRobot:
 
     def __post_init__(self) -> None:
         _positive(self, "max_speed", "max_turn_rate", "max_acceleration")
-        if not 0.0 <= self.radius < np.inf:
-            raise InputError(f"expected a radius >= 0, got {self.radius}", place="UnicycleRobot")
+        _not_negative(self, "radius")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -74,12 +79,8 @@ class SnakeRobot:
         _positive(self, "lengths")
         if len(self.lengths) < 3:
             raise InputError(f"expected at least 3 links, got {len(self.lengths)}", place="SnakeRobot.lengths")
-        if not 0.0 <= self.wheel_fraction <= 1.0:
-            raise InputError(
-                f"expected a number in [0, 1], got {self.wheel_fraction}", place="SnakeRobot.wheel_fraction"
-            )
-        if not 0.0 <= self.width < np.inf:
-            raise InputError(f"expected a width >= 0, got {self.width}", place="SnakeRobot.width")
+        number(self.wheel_fraction, "SnakeRobot.wheel_fraction", least=0.0, most=1.0)
+        _not_negative(self, "width")
 
     @property
     def links(self) -> int:
@@ -99,6 +100,8 @@ class EllipsoidND:
     def __post_init__(self) -> None:
         object.__setattr__(self, "center", frozen_array(self.center, "center"))
         n = len(self.center)
+        if n < 2:
+            raise InputError(f"expected a centre in R^n with n >= 2, got {n} coordinates", place="EllipsoidND.center")
         object.__setattr__(self, "semi_axes", frozen_array(self.semi_axes, "semi_axes", n))
         _positive(self, "semi_axes")
         rotation = np.array(np.eye(n) if self.rotation is None else float_array(self.rotation, "rotation", n, 2))
@@ -127,8 +130,9 @@ class Aerofoil:
     def __post_init__(self) -> None:
         object.__setattr__(self, "center", frozen_array(self.center, "center", 2))
         _positive(self, "k")
-        if not np.isfinite([self.mu.real, self.mu.imag, self.angle]).all():
-            raise InputError("expected finite numbers", place="Aerofoil")
+        if not isinstance(self.mu, complex | float | int) or not np.isfinite(self.mu):
+            raise InputError(f"expected a finite complex number, got {self.mu!r:.60}", place="Aerofoil.mu")
+        float_array(self.angle, "Aerofoil.angle", ndim=0)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -145,10 +149,9 @@ class Star:
     def __post_init__(self) -> None:
         object.__setattr__(self, "center", frozen_array(self.center, "center", 2))
         _positive(self, "radius")
-        if not 0.0 <= self.amplitude < 1.0 or self.lobes < 1:
-            raise InputError(
-                f"expected 0 <= amplitude < 1 and lobes >= 1, got {self.amplitude}, {self.lobes}", place="Star"
-            )
+        whole_number(self.lobes, "Star.lobes", 1)
+        if number(self.amplitude, "Star.amplitude", least=0.0) >= 1.0:
+            raise InputError(f"expected a number below 1, got {self.amplitude:g}", place="Star.amplitude")
 
 
 def kind_of(obstacle: Any) -> str:

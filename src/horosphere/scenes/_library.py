@@ -19,7 +19,7 @@ def names() -> tuple[str, ...]:
 
 def library_path(name: str) -> Path:
     """The file of a built-in scene; an unknown name is an InputError with the nearest ones."""
-    if name not in names():
+    if not isinstance(name, str) or name not in names():
         raise unknown_name("scene", name, names())
     return _folder() / f"{name}.yaml"
 

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputError
+from ..robots._robot import require_robot
 from ._moveit_contacts import Contacts, HeldObject, allow, hold, read_contacts, read_held
 from ._moveit_frames import Frames, base_pose, check_frames, tool_on
 from ._moveit_node import Node, inverse, pose_of
@@ -142,7 +143,7 @@ class MoveItProblem:
         return replace(free, notes=(*free.notes, *notes, *more)) if notes or more else free
 
     def _joints(self, values: dict[str, float], robot: Robot, what: str) -> Floats:
-        missing = [name for name in robot.joint_names if name not in values]
+        missing = [name for name in require_robot(robot).joint_names if name not in values]
         if missing:
             raise InputError(
                 f"{what} has no value for {', '.join(map(repr, missing))} of robot {robot.name!r}",

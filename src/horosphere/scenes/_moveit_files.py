@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import InputError
+from ..numeric import file_path
 from ._moveit import MoveItProblem, problem_of
 from ._yaml import Document, parse_yaml, read_yaml
 
@@ -47,7 +48,7 @@ def names_moveit(text: str | Path) -> bool:
 
 def read_moveit(scene: str | Path, request: str | Path | None = None) -> MoveItProblem:
     """One problem from a planning-scene file and its request file (default: `request*` beside `scene*`, if it is there)."""
-    path = Path(scene)
+    path = file_path(scene, "scene")
     return from_document(path, read_yaml(path), request)
 
 
@@ -82,7 +83,7 @@ def read_moveit_set(path: str | Path) -> Iterator[tuple[str, MoveItProblem]]:
 
 def split(text: str | Path) -> tuple[Path, str]:
     """The path and the problem's name of PATH:SET/NUMBER; a path without a name gives ""."""
-    whole = Path(text).expanduser()
+    whole = file_path(text, "path").expanduser()
     head, colon, name = str(text).rpartition(":")
     if colon and name and not whole.exists():
         path = Path(head).expanduser()

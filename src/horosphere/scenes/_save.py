@@ -11,6 +11,7 @@ import numpy as np
 
 from .._atomic import writing, writing_set
 from ..errors import InputError
+from ..numeric import file_path
 from ..robots import Robot
 from ..robots._save import as_yaml
 from ._bodies import Aerofoil, EllipsoidND, PointRobot, SnakeRobot, Star
@@ -31,7 +32,7 @@ from ._targets import (
 
 def save_scene(scene: Any, path: str | Path) -> Path:
     """Writes `scene`, and beside it NAME.robot.yaml where its robot is no file; both are complete or nothing is changed."""
-    path = Path(path)
+    path = file_path(path, "path")
     texts = texts_of(scene, path)
     with writing_set(path.parent, tuple(texts)) as stage:
         for name, text in texts.items():

@@ -61,6 +61,10 @@ class Scene:
             object.__setattr__(self, "robot", load(self.robot))
         object.__setattr__(self, "obstacles", _obstacles(self.obstacles))
         arm = not isinstance(self.robot, (PointRobot, UnicycleRobot, SnakeRobot))
+        if arm:
+            from ..robots._robot import require_robot
+
+            require_robot(self.robot)
         for name in ("start", "goal"):
             object.__setattr__(self, name, _target(getattr(self, name), name, arm))
         for problem in problems(self.robot, self.start, self.goal, self.obstacles, self.workspace, self.field):

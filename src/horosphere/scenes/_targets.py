@@ -148,7 +148,7 @@ Target = (
 
 def quaternion_matrix(quaternion: ArrayLike) -> Floats:
     """The (3, 3) rotation of a unit quaternion (w, x, y, z)."""
-    w, x, y, z = np.asarray(quaternion, dtype=np.float64)
+    w, x, y, z = float_array(quaternion, "quaternion", last=4, ndim=1)
     return np.array(
         [
             [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
@@ -160,7 +160,9 @@ def quaternion_matrix(quaternion: ArrayLike) -> Floats:
 
 def matrix_quaternion(matrix: ArrayLike) -> Floats:
     """The unit quaternion (w, x, y, z), w >= 0, of a (3, 3) rotation."""
-    R = np.asarray(matrix, dtype=np.float64)
+    R = float_array(matrix, "matrix", last=3, ndim=2)
+    if len(R) != 3:
+        raise InputError(f"expected shape (3, 3), got {R.shape}", place="matrix")
     # The eigenvector of the largest eigenvalue is accurate for every angle, pi included.
     K = np.array(
         [

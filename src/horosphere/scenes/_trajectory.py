@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -49,6 +50,8 @@ class Trajectory:
                 if rates.shape != positions.shape:
                     raise InputError(f"expected shape {positions.shape}, got {rates.shape}", place=name)
                 object.__setattr__(self, name, rates)
+        if isinstance(self.names, str) or not isinstance(self.names, Iterable):
+            raise InputError(f"expected the joints' names, got {self.names!r:.60}", place="names")
         object.__setattr__(self, "names", tuple(str(name) for name in self.names))
         if self.names and len(self.names) != positions.shape[1]:
             raise InputError(f"{len(self.names)} names but {positions.shape[1]} joints", place="names")

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputError
+from ..numeric import whole_number
 from ._base import Floats
 from ._sampled import PointCloud
 
@@ -36,8 +37,9 @@ class BallTree:
 
 def ball_tree(cloud: PointCloud, leaf: int = LEAF) -> BallTree:
     """The tree over a cloud, halved across the longest side of each node's box until no leaf has more than `leaf` balls."""
-    if leaf < 2:
-        raise InputError(f"expected at least two balls a leaf, got {leaf}", place="leaf")
+    if not isinstance(cloud, PointCloud):
+        raise InputError(f"expected a PointCloud, got {type(cloud).__name__}", place="cloud")
+    leaf = whole_number(leaf, "leaf", 2)
     from ._split_kernels import bound, halve
 
     m = len(cloud.points)

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputError
+from ..numeric import whole_number
 from ._base import Floats
 from ._flat import Box
 from ._sampled import Mesh
@@ -33,8 +34,9 @@ def box_cover(mesh: Mesh, most: int = 400) -> BoxCover:
     A closed mesh is filled, an open one is not. Every cell meets the mesh or lies within, so the slack is a cell's diagonal.
     Raises InputError for less than one box.
     """
-    if most < 1:
-        raise InputError(f"expected at least one box, got {most}", place="most")
+    if not isinstance(mesh, Mesh):
+        raise InputError(f"expected a Mesh, got {type(mesh).__name__}", place="mesh")
+    most = whole_number(most, "most", 1)
     kept = _known.setdefault(mesh, {})
     if most not in kept:
         kept[most] = _cover(mesh, most)

@@ -52,6 +52,9 @@ def pack(shapes: tuple[Shape, ...], *, trees: bool = True) -> Packed:
 
     Raises InputError for a shape of another dimension.
     """
+    for index, shape in enumerate(shapes if isinstance(shapes, tuple | list) else (shapes,)):
+        if not isinstance(shape, Shape):
+            raise InputError(f"expected a Shape, got {type(shape).__name__}", place=f"shapes[{index}]")
     rows: list[Floats] = []
     owner, names, grown, at = [], [], [], []
     for index, shape in enumerate(shapes):

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import InputError
+from ..numeric import float_array, whole_number
 from ._base import Floats, number
 from ._forest import grow
 from ._sampled import PointCloud
@@ -27,7 +28,11 @@ def reduce_cloud(points: PointCloud | ArrayLike, voxel: float, radius: float = 0
     points: a `PointCloud`, or (m, 3) with balls of `radius` (m). A ball of radius R about c reaches at most
     R + min(|c - p| - r) beyond the balls (p, r) that it holds; the slack is the largest of these. Raises InputError.
     """
-    cloud = points if isinstance(points, PointCloud) else PointCloud(np.asarray(points), radius, name)
+    cloud = (
+        points
+        if isinstance(points, PointCloud)
+        else PointCloud(float_array(points, "points", last=3, ndim=2), radius, name)
+    )
     side = number(voxel, "voxel", positive=True)
     low = cloud.points.min(axis=0)
     extent = float(np.ptp(cloud.points, axis=0).max())
@@ -58,6 +63,9 @@ def few_balls(cloud: PointCloud, most: int) -> tuple[Floats, Floats]:
 
     Nodes of the cloud's tree: the largest is divided again and again. Uses the index that distances need anyway.
     """
+    if not isinstance(cloud, PointCloud):
+        raise InputError(f"expected a PointCloud, got {type(cloud).__name__}", place="cloud")
+    most = whole_number(most, "most", 1)
     if len(cloud.points) <= most:
         return cloud.points, np.broadcast_to(cloud.radius, len(cloud.points))
     rows, (nodes, ends, balls, _) = grow(cloud)

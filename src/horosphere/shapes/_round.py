@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import InputError
+from ..numeric import float_array
 from ._base import Floats, Shape, number, points_of, private, rotation_matrix, set_fields
 
 
@@ -103,7 +104,10 @@ def ellipsoid_signed_distance(points: Floats, semi_axes: Floats) -> Floats:
     e_i^2 p_i / (tau + e_i^2). What is returned is the distance to the tangent plane there, n . p - |e n|: for no unit n is that
     above the signed distance, so it errs to the safe side but for rounding. Our derivation, after Lagrange.
     """
-    p, e, least = np.abs(points), semi_axes, float(semi_axes.min())
+    e = float_array(semi_axes, "semi_axes", ndim=1)
+    if not (e > 0.0).all() or not len(e):
+        raise InputError("expected numbers above 0", place="semi_axes")
+    p, least = np.abs(float_array(points, "points", last=len(e))), float(e.min())
     gaps = (e - least) * (e + least)
     # mu = tau + least^2 keeps its digits where a point lies near the focal set
     low = np.maximum((e * p - gaps).max(axis=-1), 0.0)

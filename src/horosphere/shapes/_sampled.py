@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InputError
+from ..numeric import float_array
 from ._base import Floats, Shape, points_of, private, set_fields
 
 
@@ -22,7 +23,12 @@ class Mesh(Shape):
 
     def __post_init__(self) -> None:
         vertices = private(self.vertices, "Mesh.vertices", last=3, ndim=2)
-        raw = np.asarray(self.faces)
+        try:
+            raw = np.asarray(self.faces)
+        except ValueError:
+            raise InputError(
+                "its rows differ in length, expected (m, 3)", place="Mesh.faces", remedy="triangulate them"
+            ) from None
         if raw.size == 0:
             raise InputError(
                 "no faces, a mesh has at least one", place="Mesh.faces", remedy="a PointCloud has points only"
@@ -90,7 +96,13 @@ class PointCloud(Shape):
 
     def __post_init__(self) -> None:
         points = private(self.points, "PointCloud.points", last=3, ndim=2)
-        radius = private(np.broadcast_to(np.asarray(self.radius, np.float64), len(points)), "PointCloud.radius")
+        given = float_array(self.radius, "PointCloud.radius")
+        if given.shape not in ((), (len(points),)):
+            raise InputError(
+                f"expected one number or one for each of the {len(points)} points, got shape {given.shape}",
+                place="PointCloud.radius",
+            )
+        radius = private(np.broadcast_to(given, len(points)), "PointCloud.radius")
         if len(points) == 0:
             raise InputError("expected at least one point", place="PointCloud.points")
         if (radius < 0.0).any():

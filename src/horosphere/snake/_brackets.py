@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InputError
+from ..numeric import float_array
 from ._word import Word, word_degree
 from ._words import Series
 
@@ -87,7 +88,8 @@ class BracketMotion:
 def bracket_motion(snake: Snake, q0: ArrayLike, word: Word, t: float) -> BracketMotion:
     """See Snake.bracket_motion."""
     q = snake.check(q0, single=True)
-    if not np.isfinite(t) or t <= 0:
+    t = float(float_array(t, "t", ndim=0))
+    if t <= 0.0:
         raise InputError(f"expected a positive leg time, got {t}", place="t")
     vector = bracket_vector(snake, q, word)
     degree = word_degree(word)

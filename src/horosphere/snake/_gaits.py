@@ -32,6 +32,12 @@ class Gait:
     reason: str
 
 
+def _posture(snake: Snake, q0: ArrayLike) -> NDArray[np.float64]:
+    if not hasattr(snake, "check"):
+        raise InputError(f"expected a Snake, got {type(snake).__name__}", place="snake")
+    return snake.check(q0, "q0", single=True)
+
+
 def serpenoid(
     snake: Snake,
     q0: ArrayLike,
@@ -47,7 +53,7 @@ def serpenoid(
     amplitude: radians; wavelength: metres, 6 link lengths by default; turn: 1/m; speed: m/s. The body follows link by link and is
     singular nowhere for long. Our derivation.
     """
-    q = snake.check(q0, "q0", single=True)
+    q = _posture(snake, q0)
     length = 6.0 * float(snake.lengths.mean()) if wavelength is None else float(wavelength)
     if not (length > 0 and speed > 0 and periods >= 1):
         raise InputError("expected positive wavelength and speed, and at least one period", place="serpenoid")
@@ -81,7 +87,7 @@ def shape_gait(
 
     The second joint's shift is `phase` radians. Ends early, saying so, where the two joints lock: there the wheel axes meet.
     """
-    q = snake.check(q0, "q0", single=True)
+    q = _posture(snake, q0)
     if len(set(joints)) != 2 or not all(2 <= j <= snake.links - 2 for j in joints):
         raise InputError(
             f"expected two different joints in 2 .. {snake.links - 2}, got {joints}",

@@ -51,7 +51,8 @@ def simulate(
 ) -> Motion:
     """See Snake.simulate."""
     start = snake.check(q0, single=True)
-    if not np.isfinite(duration) or duration <= 0:
+    duration = float(float_array(duration, "duration", ndim=0))
+    if duration <= 0.0:
         raise InputError(f"expected a positive duration, got {duration}", place="duration")
     sampler, edges, spans = _controls(controls, float(duration), durations)
     fastest = float(np.max(snake.wheel_rates, initial=0.0))

@@ -177,7 +177,9 @@ class Snake:
 
     def model(self, q: ArrayLike, out: Array | None = None) -> Array:
         """Joints, Pfaff matrix and control basis by one kernel, flat (..., K); `split_model` gives the three parts."""
-        if type(q) is np.ndarray and q.ndim == 1:  # the single call: no copies, one finiteness check
+        if (
+            type(q) is np.ndarray and q.ndim == 1 and q.dtype == np.float64
+        ):  # the single call: no copies, one finiteness check
             if not isfinite(q.dot(q)):
                 self.check(q)
             return self._model(q, self._data, out=out)

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InputError
-from ..numeric import wrap_angle
+from ..numeric import float_array, wrap_angle
 from ._extended import extended_angles, two_to
 from ._returns import out_and_back
 from ._singular import fold_joints
@@ -253,7 +253,8 @@ def steer(snake: Snake, q0: ArrayLike, q1: ArrayLike, tolerance: float, **option
     """See Snake.steer."""
     settings = _settings(options)
     start, goal = snake.check(q0, "q0", single=True), snake.check(q1, "q1", single=True)
-    if not np.isfinite(tolerance) or tolerance < 1e-12:
+    tolerance = float(float_array(tolerance, "tolerance", ndim=0))
+    if tolerance < 1e-12:
         raise InputError(f"expected a tolerance of at least 1e-12, got {tolerance}", place="tolerance")
     for posture, name in ((start, "q0"), (goal, "q1")):
         folded = snake.folds(posture)

@@ -80,7 +80,8 @@ def word_degree(word: Word) -> int:
 
 
 def word_text(word: Word) -> str:
-    """The word as [1,[2,[1,2]]]."""
+    """The word, as `read_word` takes it, in the form [1,[2,[1,2]]]."""
+    word = read_word(word)
     return str(word) if isinstance(word, int) else f"[{word_text(word[0])},{word_text(word[1])}]"
 
 

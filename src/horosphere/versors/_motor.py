@@ -93,6 +93,8 @@ class Motor(Versor):
     @classmethod
     def from_multivector(cls, value: Multivector) -> Self:
         """From a general element that is a unit motor. Raises InputError otherwise."""
+        if not isinstance(value, Multivector):
+            raise InputError(f"expected a Multivector, got {type(value).__name__}", place="value")
         rest = value.coefficients - cls._of_null(null_coefficients(value, *_NAMES)).coefficients
         refuse(np.abs(rest).max(-1) > 1e-9 * np.abs(value.coefficients).max(-1), "expected a motor", "value",
                "it has parts outside (1, e_jk, e_k ei, e123 ei)")  # fmt: skip

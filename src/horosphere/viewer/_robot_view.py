@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..robots import Robot
+from ..robots._robot import require_robot
 from ..scenes import JointTarget, Scene
 from ._parts import link_poses
 from ._recording import draw, new_server, pose, record, silent
@@ -23,7 +24,7 @@ PERIOD = 0.04
 
 def joint_ranges(robot: Robot) -> tuple[Floats, Floats]:
     """The limits (n,) as they are shown: half a turn (3.14 m) where there is none or one beyond two turns."""
-    lower, upper = robot.limits.lower, robot.limits.upper
+    lower, upper = require_robot(robot).limits.lower, robot.limits.upper
     most = 4.0 * math.pi
     return np.where(lower >= -most, lower, -math.pi), np.where(upper <= most, upper, math.pi)
 
@@ -48,7 +49,7 @@ def _alone(robot: Robot) -> Scene:
 
 def robot_html(robot: Robot) -> str:
     """The collision model in a free posture as one offline HTML page. Raises InputError without the extra `view`."""
-    links = {robot.links[k].name for k in robot.capsules.link}
+    links = {robot.links[k].name for k in require_robot(robot).capsules.link}
     caption = (
         f"{robot.n_joints} joints; {len(robot.capsules)} collision bodies on {len(links)} links, one colour a link, in a "
         "posture in which they touch least; a ball marks the tool. Drag to turn, scroll to zoom."
