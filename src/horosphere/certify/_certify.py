@@ -41,8 +41,13 @@ def certify(
     found out to `tolerance` (m) or the `relative` share of it; where that takes more than half of `max_evaluations`, to 0.5 mm or
     5 %. Raises InputError.
     """
+    robot = getattr(scene, "robot", None)
+    if robot is None:
+        raise InputError(
+            f"expected a Scene, got {type(scene).__name__}", place="scene", remedy="Scene.load(name_or_path)"
+        )
     positions, times, speeds = _read(scene, trajectory)
-    if isinstance(scene.robot, Robot):
+    if isinstance(robot, Robot):
         return _Arm(scene, positions, times, speeds).certificate(max_evaluations, tolerance, relative)
     from ._moving_ball import certify_ball
 

@@ -13,6 +13,7 @@ from ..distance import allowance, pack_obstacles, pack_robot, rounding_slack
 from ..errors import InputError
 from ..numeric import float_array
 from ..robots import Robot
+from ..robots._robot import require_robot
 
 Floats = NDArray[np.float64]
 RESOLUTION = 1e-9
@@ -88,8 +89,7 @@ def clearance_bound(
     Without `static`, bodies that no joint moves meet no obstacle; pairs of `robot.allowed_obstacles` are not looked at.
     Raises InputError. Our derivation, docs/certificate.md.
     """
-    if not isinstance(robot, Robot):
-        raise InputError(f"expected a Robot, got {type(robot).__name__}", place="robot")
+    robot, margin = require_robot(robot), float(float_array(margin, "margin", ndim=0, finite=False))
     W = float_array(waypoints, "waypoints", last=robot.n_joints, ndim=2)
     if len(W) == 0:
         raise InputError("expected at least one waypoint", place="waypoints")

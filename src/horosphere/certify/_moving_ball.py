@@ -27,7 +27,11 @@ def certify_ball(scene: Scene, positions: Floats, times: Floats | None) -> Certi
 
     robot, options = scene.robot, scene.options
     if not isinstance(robot, (PointRobot, UnicycleRobot)):
-        raise InputError(f"no certificate for a {type(robot).__name__} yet", place="scene.robot")
+        raise InputError(
+            f"not for a {type(robot).__name__}",
+            place="scene.robot",
+            remedy="snake.certify_trajectory, if it is a snake",
+        )
     n = scene.dimension
     if positions.ndim != 2 or len(positions) == 0 or positions.shape[1] < n:
         raise InputError(f"expected waypoints (k, {n}), got {positions.shape}", place="trajectory")

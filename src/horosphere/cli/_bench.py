@@ -88,13 +88,7 @@ def mbm(
     clearance
         Metres to keep from every obstacle.
     """
-    from ..errors import InputError
     from ..planning import bench_mbm
-    from ..scenes._moveit_files import ProblemSet
-
-    sets = ProblemSet.read(path).sets
-    if only and not any(name.startswith(only) for name in sets):
-        raise InputError(f"no set begins with {only!r}", place="--only", choices=sets)
 
     def run(progress: Any, _: Any) -> BenchTable:
         return bench_mbm(path, robot, tip=tip, only=only, clearance=clearance, progress=progress, **runs.options)
@@ -126,11 +120,7 @@ def random(
     clearance
         Metres to keep from every obstacle.
     """
-    from ..errors import InputError
     from ..planning import bench_random
-
-    if count < 1:
-        raise InputError(f"expected at least one problem, got {count}", place="--count")
 
     def run(progress: Any, tell: Any) -> BenchTable:
         options = {"progress": progress, "loading": {**loading.given, "progress": tell}, **runs.options}
@@ -141,13 +131,8 @@ def random(
 
 def _report(what: str, run: Any, runs: Runs) -> int:
     """Runs a bench under a line of progress, writes its rows, prints its table."""
-    from ..errors import InputError
     from ..planning._bench_table import check_format
 
-    if runs.repeats < 1:
-        raise InputError(f"expected at least one run, got {runs.repeats}", place="--repeats")
-    if not 0.0 <= runs.states_per_rad < float("inf"):
-        raise InputError(f"expected a number >= 0, got {runs.states_per_rad}", place="--states-per-rad")
     if runs.out_file is not None:
         check_format(runs.out_file)
     with out.working(what) as progress:

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from .._atomic import writing
+from ..numeric import file_path
 
 
 def plain(value: Any) -> Any:
@@ -39,6 +40,7 @@ def to_json(value: Any, indent: int | None = 2) -> str:
 
 def save_json(value: Any, path: str | Path) -> Path:
     """Writes `value` as JSON; complete or not there."""
+    path = file_path(path, "path")
     with writing(path) as file:
         file.write(to_json(value) + "\n")
-    return Path(path)
+    return path

@@ -10,7 +10,7 @@ import numpy as np
 
 from .._atomic import writing
 from ..errors import InputError
-from ..numeric import is_number
+from ..numeric import file_path, is_number
 from ..scenes import Trajectory
 
 _CUT_OFF = "was it cut off? copy or write it again"
@@ -24,7 +24,9 @@ def save_trajectory(trajectory: Trajectory, path: str | Path) -> Path:
 
     The file is complete or not there. Raises InputError on another ending, or if it cannot be written.
     """
-    path = Path(path)
+    path = file_path(path, "path")
+    if not hasattr(trajectory, "positions"):
+        raise InputError(f"expected a Trajectory, got {type(trajectory).__name__}", place="trajectory")
     writer = {".npz": _save_npz, ".csv": _save_csv, ".mcap": _save_mcap}[_ending(path)]
     writer(trajectory, path)
     return path
@@ -37,7 +39,7 @@ def load_trajectory(path: str | Path) -> Trajectory:
     the waypoints count as one second apart, and `is_timed` is False: then velocities are not checked.
     Raises InputError naming the file, and the line where there is one.
     """
-    path = Path(path)
+    path = file_path(path, "path")
     reader = {".npz": _load_npz, ".csv": _load_csv, ".mcap": _load_mcap}[_ending(path)]
     if not path.is_file():
         raise InputError("is a folder" if path.is_dir() else "no such file", place=str(path))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import math
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from time import perf_counter
@@ -14,6 +13,7 @@ from numpy.typing import NDArray
 
 from ..certify import clearance_bound
 from ..errors import InputError, unknown_name
+from ..numeric import file_path, number, whole_number
 from ..robots import Robot
 from ._bench_table import BenchRow, BenchTable
 from ._sampled import sampled_clearance
@@ -55,10 +55,14 @@ def bench_mbm(
     `mode`: see MODES. `states_per_rad`: check every path at so many configurations per radian with numpy, independent of
     the compiled code. `progress(set, number, of)` is called before each problem. Raises InputError for a set that cannot be read.
     """
-    from ..scenes._moveit_files import read_moveit_set
+    from ..scenes._moveit_files import ProblemSet, read_moveit_set
 
     how = _checked(mode, clearance, repeats, states_per_rad, time_limit)
-    arm, notes = _robot(robot, Path(path), tip)
+    path = file_path(path, "path")
+    sets = ProblemSet.read(path).sets
+    if only and not any(name.startswith(only) for name in sets):
+        raise InputError(f"no set begins with {only!r}", place="only", choices=sets)
+    arm, notes = _robot(robot, path, tip)
     chosen = [(name, problem) for name, problem in read_moveit_set(path) if not only or name.startswith(only)]
     rows: list[BenchRow] = []
     for k, (name, problem) in enumerate(chosen):
@@ -77,7 +81,7 @@ def bench_mbm(
 
 
 def bench_random(
-    robots: Sequence[Robot | str | Path] = (),
+    robots: Sequence[Robot | str | Path] | Robot | str | Path = (),
     *,
     count: int = 50,
     seed: int = 0,
@@ -97,8 +101,9 @@ def bench_random(
     from ._bench_random import ROBOTS, random_problem, with_bodies
 
     how = _checked(mode, clearance, repeats, states_per_rad, time_limit)
+    count, seed = whole_number(count, "count", 1), whole_number(seed, "seed", 0)
     rows: list[BenchRow] = []
-    for given in robots or ROBOTS:
+    for given in ((robots,) if isinstance(robots, (Robot, str, Path)) else robots) or ROBOTS:
         arm = with_bodies(given, **(loading or {}))
         for k in range(count):
             if progress:
@@ -113,9 +118,13 @@ def bench_random(
 def _checked(mode: str, clearance: float, repeats: int, states_per_rad: float, time_limit: float) -> _How:
     if mode not in MODES:
         raise unknown_name("mode", mode, MODES, place="mode")
-    if not (math.isfinite(clearance) and clearance >= 0.0):
-        raise InputError(f"expected metres >= 0, got {clearance!r}", place="clearance")
-    return _How(mode, float(clearance), max(int(repeats), 1), float(states_per_rad), float(time_limit))
+    return _How(
+        mode,
+        number(clearance, "clearance", least=0.0, most=1e3),
+        whole_number(repeats, "repeats", 1),
+        number(states_per_rad, "states_per_rad", least=0.0, most=1e6),
+        number(time_limit, "time_limit", least=0.0),
+    )
 
 
 def _solve(arm: Robot, start: Floats, goals: Floats, obstacles: Any, how: _How) -> tuple[TreeResult, str]:

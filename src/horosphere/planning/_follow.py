@@ -82,9 +82,8 @@ def follow_jacobian(scene: Scene, start: Floats, points: Floats) -> ArmPath:
 def _solve(scene: Scene, start: Floats, wanted: Floats, oriented: bool) -> tuple[Floats, float]:
     """The configuration near `start` with the tool at `wanted`, and its error (m, rad)."""
     robot, options = arm(scene), scene.options
-    lower, upper = robot.limits.lower, robot.limits.upper
+    lower, upper, middle = robot.limits.lower, robot.limits.upper, robot.limits.middle
     span = np.where(np.isfinite(upper - lower), upper - lower, np.inf)
-    middle = 0.5 * (np.where(np.isfinite(span), lower, 0.0) + np.where(np.isfinite(span), upper, 0.0))
     target = Motor.from_matrix(wanted)
     q, residual, budget = start.copy(), np.inf, _PUSH * options.max_joint_step
     for iteration in range(_ITERATIONS):

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from .. import kinematics
 from ..entities import Point
-from ..kinematics._numeric import search_box
 from ..robots import Robot
 from ..scenes import GripperPlaneTarget, JointTarget, LineTarget, PlaneTarget, PoseTarget, PositionTarget, Scene
 from ._clearance import arm
@@ -92,7 +91,7 @@ def _over_redundancy(robot: Robot, pose: Any) -> Iterator[Round]:
 def _from_seeds(robot: Robot, pose: Any, near: Floats | None, rng: np.random.Generator) -> Iterator[Round]:
     """A numerical inverse from the posture at the start, the middle of the limits, and at random."""
     how = "that a numerical search found; others may exist"
-    seeds = [_middle(robot), *random_postures(robot, _SEEDS - 1, rng)]
+    seeds = [robot.limits.middle, *random_postures(robot, _SEEDS - 1, rng)]
     seeds = np.array(seeds if near is None else [near, *seeds])
     first = kinematics.numerical_inverse(robot, pose, seed=seeds[0])
     rows, reason = _valid_rows(first)
@@ -135,7 +134,7 @@ def _over_places(robot: Robot, target: Any, near: Floats | None, rng: np.random.
         q, at = drawn(robot, some, min(_ROWS << k, _LARGEST), rng)
         if k == 0 and not alone:
             points = Point.from_euclidean(places.first)
-            seeds = np.tile(_middle(robot) if near is None else near, (len(places.first), 1))
+            seeds = np.tile(robot.limits.middle if near is None else near, (len(places.first), 1))
             own, of = searched(robot, points, seeds)
             q, at = np.concatenate([own, q]), np.concatenate([places.first[of], at])
         reached += len(q)
@@ -156,11 +155,6 @@ def _lost(robot: Robot, point: Floats, why: str) -> Round:
     """One long search at the place that is most likely in reach."""
     rows, reason = _valid_rows(kinematics.numerical_inverse(robot, Point.from_euclidean(point)))
     return Round(rows, np.tile(point, (len(rows), 1)), why + reason, "that a numerical search found; others may exist")
-
-
-def _middle(robot: Robot) -> Floats:
-    lower, upper = search_box(robot)
-    return 0.5 * (lower + upper)
 
 
 def _round(q: Floats, reason: str, how: str, is_complete: bool = False) -> Round:

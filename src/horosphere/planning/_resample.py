@@ -51,6 +51,10 @@ def resample(trajectory: Trajectory, rate: float, scene: Scene | None = None) ->
     """
     if not (isinstance(rate, (int, float)) and math.isfinite(rate) and rate > 0.0):
         raise InputError(f"expected a rate > 0 in 1/s, got {rate!r}", place="rate")
+    if not isinstance(trajectory, Trajectory):
+        raise InputError(f"expected a Trajectory, got {type(trajectory).__name__}", place="trajectory")
+    if scene is not None and not isinstance(scene, Scene):
+        raise InputError(f"expected a Scene or None, got {type(scene).__name__}", place="scene")
     if len(trajectory) == 1:
         return Resampled(trajectory, "same path", None, 1.0)
     h, how = 1.0 / float(rate), "same path"

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from ..errors import InputError
 from ..robots import Robot
 from ..robots._placement import link_frames, move_points
+from ..robots._robot import require_robot
 from ..scenes import JointTarget, Options, Scene
 from ..scenes._scene import Origin
 from ..shapes import Box
@@ -26,7 +27,7 @@ def starter_scene(robot: Robot, written: Any, seed: int = 0, name: str = "first"
 
     `written`: the robot as the scene file shall have it. Raises InputError where the robot has no body or nothing is found.
     """
-    moving = ~robot.static_bodies
+    moving = ~require_robot(robot).static_bodies
     if not moving.any():
         raise InputError(
             f"robot {robot.name!r} has no collision body that moves",

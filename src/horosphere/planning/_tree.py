@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InputError
-from ..numeric import float_array
+from ..numeric import float_array, number, whole_number
 from ..robots import Robot
+from ..robots._robot import require_robot
 from ..shapes import Shape, as_shapes
 from ._packet_kernels import CHUNK, GOALS_BLOCKED, NOT_CERTIFIED, PACK, START_BLOCKED, TIME_OVER
 from ._tree_space import COVER, Space
@@ -73,9 +74,7 @@ def connect(
 
 def checked_seconds(time_limit: float) -> float:
     """A time limit, where infinity is none. Raises InputError."""
-    if math.isnan(time_limit):
-        raise InputError("expected seconds, got nan", place="time_limit")
-    return time_limit
+    return number(time_limit, "time_limit")
 
 
 class Search:
@@ -91,16 +90,14 @@ class Search:
         self_clearance: float,
         seed: int,
     ) -> None:
-        n = robot.n_joints
+        n = require_robot(robot).n_joints
         self.robot, self.start, self.shapes = robot, float_array(start, "start", last=n, ndim=1), shapes
         self.goals = np.atleast_2d(float_array(goals, "goals", last=n))
         if self.goals.ndim > 2 or not len(self.goals):
             raise InputError(f"expected one or more goals (k, {n}), got shape {self.goals.shape}", place="goals")
         self.clearance = float(float_array(clearance, "clearance", ndim=0))
         self.self_clearance = float(float_array(self_clearance, "self_clearance", ndim=0))
-        self.seed, self.iterations = int(seed), 0
-        if self.seed < 0:
-            raise InputError(f"expected 0 or a positive number, got {self.seed}", place="seed")
+        self.seed, self.iterations = whole_number(seed, "seed", 0), 0
         self.timings: dict[str, float] = dict.fromkeys(PARTS, 0.0)
         self.rows = solid_rows(shapes)
 
