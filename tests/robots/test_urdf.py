@@ -104,7 +104,7 @@ def test_a_mimic_of_nothing_beside_the_chain_is_locked_and_told(tmp_path):
     assert robot.joint_names == ("m",)
     assert "locked, since they mimic joints that the file does not have: finger (gone)" in " ".join(robot.notes)
     assert kinematics.frames(robot, [0.3]).as_matrix()[2, 0, 2] == pytest.approx(np.sin(0.3))  # finger at 0
-    with pytest.raises(InputError, match="finger.*unknown joint 'gone'") as caught:
+    with pytest.raises(InputError, match=r"finger.*unknown joint 'gone'") as caught:
         robots.load(write(tmp_path, body), tip="f")
     assert "drop its <mimic>" in caught.value.remedy
 
