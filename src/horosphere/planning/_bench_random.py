@@ -21,8 +21,8 @@ LINK_RADIUS = 1 / 25
 """Radius of the links of a robot that comes without bodies, as a share of how far it reaches."""
 SOLIDS, TRIALS, WAYS = 12, 200, 100
 """Obstacles of a problem, how many are tried for them, and how many ways between any configurations; then ever shorter ones."""
-AT_ONCE = 50
-"""Ways whose three configurations are looked at together."""
+AT_ONCE, DRAWS = 100, 100
+"""Configurations that are drawn together, and how often."""
 SHORTEST = 0.1
 """Share of a way between any configurations that is tried last: wide ranges leave few long ways free."""
 ROOM = 1 / 50
@@ -99,15 +99,24 @@ def random_problem(robot: Robot, seed: int, clearance: float = 0.01) -> tuple[Fl
 def _ways(
     robot: Robot, rng: np.random.Generator, low: Floats, high: Floats, reach: float
 ) -> Iterator[tuple[Floats, float]]:
-    """Start, via point and goal (3, n) at which the robot's own links keep apart by the metres that come with it."""
-    shares = np.minimum(WAYS / np.arange(1, round(WAYS / SHORTEST) + 1), 1.0)
-    for share in np.array_split(shares, len(shares) // AT_ONCE):
-        way = rng.uniform(low, high, (len(share), 3, robot.n_joints))
-        way = way[:, :1] + share[:, None, None] * (way - way[:, :1])
-        wanted = share * 2e-3 * reach
-        found = clearances(robot, way.reshape(-1, robot.n_joints), (), most=2e-3 * reach)[1].reshape(-1, 3).min(axis=1)
-        for k in np.flatnonzero(found >= wanted):
-            yield way[k], float(wanted[k])
+    """Start, via point and goal (3, n) between which the robot's own links shall keep apart by the metres that come with it.
+
+    The three are free of contact before a way is made shorter: where few postures are, hardly three drawn at once would be. Two
+    links may be nearer than 1/500 of the reach in every posture; so less is asked for where none has that.
+    """
+    shares = iter(np.minimum(WAYS / np.arange(1, round(WAYS / SHORTEST) + 1), 1.0))
+    gap = 2e-3 * reach
+    for _ in range(DRAWS):
+        q = rng.uniform(low, high, (AT_ONCE, robot.n_joints))
+        free = q[clearances(robot, q, (), most=gap)[1] >= gap]
+        if not len(free):
+            gap = max(0.25 * gap, 2e-5 * reach)
+        for k in range(len(free)):
+            share = next(shares, None)
+            if share is None:
+                return
+            way = free[[k, *rng.integers(len(free), size=2)]]
+            yield way[0] + share * (way - way[0]), float(share * gap)
 
 
 def _apart(robot: Robot, q: Floats, gap: float) -> bool:
