@@ -14,6 +14,8 @@ from horosphere.planning._bench_table import BenchRow, BenchTable
 from horosphere.planning._reactive import react
 from horosphere.planning._sampled import clearances, densely, sampled_clearance
 from horosphere.planning._tree import connect
+from horosphere.robots._pairs import segment_distance
+from horosphere.robots._placement import link_frames, move_points
 from horosphere.scenes._moveit_files import read_moveit_set
 from horosphere.shapes import Ball
 
@@ -134,6 +136,30 @@ def test_parquet_without_pyarrow_names_the_extra(tmp_path, monkeypatch):
     with pytest.raises(InputError) as caught:
         _bench_table.check_format(tmp_path / "a.parquet")
     assert "pyarrow" in caught.value.message and "horosphere[parquet]" in caught.value.remedy
+
+
+@pytest.mark.parametrize("name", ["panda", "ur5", "iiwa14"])
+def test_the_judge_leaves_out_only_what_is_further_away(name):
+    """Against every body, every pair and every obstacle, one after the other."""
+    robot, seed = robots.load(name), 7
+    _, _, obstacles = random_problem(robot, seed)
+    q = np.random.default_rng(seed).uniform(-2.5, 2.5, (40, robot.n_joints))
+    bodies = robot.capsules
+    frames = link_frames(robot.links, q)[:, bodies.link]
+    a, b = move_points(frames, bodies.a), move_points(frames, bodies.b)
+    points = a + np.linspace(0.0, 1.0, 33)[:, None, None, None] * (b - a)
+    outer = np.min([(shape.signed_distance(points) - bodies.radius).min(axis=(0, 2)) for shape in obstacles], axis=0)
+    inner = np.full(len(q), np.inf)
+    for i, j in robot.self_pairs:
+        for m in np.flatnonzero(bodies.link == i):
+            for n in np.flatnonzero(bodies.link == j):
+                gaps = segment_distance(a[:, m], b[:, m], a[:, n], b[:, n]) - bodies.radius[m] - bodies.radius[n]
+                inner = np.minimum(inner, gaps)
+    for most in (np.inf, 0.01):
+        found = clearances(robot, q, obstacles, most=most)
+        for ours, all_of_them in zip(found, (outer, inner), strict=True):
+            assert np.abs(ours - np.minimum(all_of_them, most)).max() < 1e-12
+    assert (inner < 0.0).any() and (inner > 0.0).any()
 
 
 @pytest.mark.parametrize("name", ROBOTS)

@@ -97,6 +97,30 @@ def test_joints_beside_the_chain_are_locked_within_their_limits(tmp_path):
         robots.load(write(tmp_path, body), tip="b", locked={"gripp": 0.0})
 
 
+def test_a_mimic_of_nothing_beside_the_chain_is_locked_and_told(tmp_path):
+    body = links("a", "b", "f") + joint("m", "revolute", "a", "b")
+    body += joint("finger", "revolute", "b", "f", LIMIT + '<mimic joint="gone" offset="0.7"/>')
+    robot = robots.load(write(tmp_path, body), tip="b")
+    assert robot.joint_names == ("m",)
+    assert "locked, since they mimic joints that the file does not have: finger (gone)" in " ".join(robot.notes)
+    assert kinematics.frames(robot, [0.3]).as_matrix()[2, 0, 2] == pytest.approx(np.sin(0.3))  # finger at 0
+    with pytest.raises(InputError, match=r"finger.*unknown joint 'gone'") as caught:
+        robots.load(write(tmp_path, body), tip="f")
+    assert "drop its <mimic>" in caught.value.remedy
+
+
+def test_what_other_programs_put_into_a_urdf_does_no_harm(tmp_path):
+    """Prefixes that are not declared (drake:acceleration), and elements of others in a link that have our names."""
+    limit = LIMIT.replace("<limit", '<limit drake:acceleration="3"')
+    body = '<link name="a"><checking><capsule name="x"/><geometry/></checking></link>' + links("b")
+    body += joint("m", "revolute", "a", "b", limit) + '<drake:joint name="m"><drake:rotor value="1"/></drake:joint>'
+    assert robots.load(write(tmp_path, body)).joint_names == ("m",)
+    with pytest.raises(InputError, match="xacro that is not expanded, first <xacro:macro>"):
+        robots.load(write(tmp_path, body + '<xacro:macro name="x"/>'))
+    with pytest.raises(InputError, match="not well-formed XML"):
+        robots.load(write(tmp_path, body + "<link>"))
+
+
 @pytest.mark.parametrize(
     ("body", "words"),
     [

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +21,8 @@ LINK_RADIUS = 1 / 25
 """Radius of the links of a robot that comes without bodies, as a share of how far it reaches."""
 SOLIDS, TRIALS, WAYS = 12, 200, 100
 """Obstacles of a problem, how many are tried for them, and how many ways between any configurations; then ever shorter ones."""
+AT_ONCE, DRAWS = 100, 100
+"""Configurations that are drawn together, and how often."""
 SHORTEST = 0.1
 """Share of a way between any configurations that is tried last: wide ranges leave few long ways free."""
 ROOM = 1 / 50
@@ -69,14 +72,11 @@ def random_problem(robot: Robot, seed: int, clearance: float = 0.01) -> tuple[Fl
     rng = np.random.default_rng([seed, robot.n_joints])
     low, high = region(robot)
     reach = size(robot)
-    for k in range(round(WAYS / SHORTEST)):
-        share = min(WAYS / (k + 1), 1.0)
-        way = rng.uniform(low, high, (3, robot.n_joints))
-        way = way[0] + share * (way - way[0])
+    for way, gap in _ways(robot, rng.spawn(1)[0], low, high, reach):
         path, direct = densely(way, PER_RADIAN), densely(way[[0, -1]], PER_RADIAN)
-        if any(clearances(robot, q, ())[1].min() < share * 2e-3 * reach for q in (way, path)):
+        if not (_apart(robot, path[::16], gap) and _apart(robot, path, gap)):
             continue
-        blocked = clearances(robot, direct, ())[1].min() <= 0.0
+        blocked = not _apart(robot, direct, 1e-9)
         kept, barred = _Balls(robot, path), _Balls(robot, direct)
         obstacles: list[Shape] = []
         for trial in range(TRIALS):
@@ -94,6 +94,34 @@ def random_problem(robot: Robot, seed: int, clearance: float = 0.01) -> tuple[Fl
         place=robot.name,
         remedy="its notes name the links whose bodies often overlap: an SRDF, a smaller tolerance or a capsule file helps",
     )
+
+
+def _ways(
+    robot: Robot, rng: np.random.Generator, low: Floats, high: Floats, reach: float
+) -> Iterator[tuple[Floats, float]]:
+    """Start, via point and goal (3, n) between which the robot's own links shall keep apart by the metres that come with it.
+
+    The three are free of contact before a way is made shorter: where few postures are, hardly three drawn at once would be. Two
+    links may be nearer than 1/500 of the reach in every posture; so less is asked for where none has that.
+    """
+    shares = iter(np.minimum(WAYS / np.arange(1, round(WAYS / SHORTEST) + 1), 1.0))
+    gap = 2e-3 * reach
+    for _ in range(DRAWS):
+        q = rng.uniform(low, high, (AT_ONCE, robot.n_joints))
+        free = q[clearances(robot, q, (), most=gap)[1] >= gap]
+        if not len(free):
+            gap = max(0.25 * gap, 2e-5 * reach)
+        for k in range(len(free)):
+            share = next(shares, None)
+            if share is None:
+                return
+            way = free[[k, *rng.integers(len(free), size=2)]]
+            yield way[0] + share * (way - way[0]), float(share * gap)
+
+
+def _apart(robot: Robot, q: Floats, gap: float) -> bool:
+    """Whether the robot's own links keep `gap` metres apart in all configurations q (k, n)."""
+    return bool(clearances(robot, q, (), most=gap)[1].min() >= gap)
 
 
 class _Balls:

@@ -17,31 +17,64 @@ ALONG = 33
 """Balls along a capsule's segment, against obstacles."""
 
 
-def clearances(robot: Robot, q: Floats, obstacles: Iterable[Any]) -> tuple[Floats, Floats]:
+def clearances(robot: Robot, q: Floats, obstacles: Iterable[Any], most: float = np.inf) -> tuple[Floats, Floats]:
     """Distances (k,), (k,) in metres of configurations (k, n) to obstacles, and between the robot's own pairs of links.
 
     Against obstacles a capsule is taken as balls along its segment. Bodies that no joint moves count too, pairs of
-    `robot.allowed_obstacles` do not.
+    `robot.allowed_obstacles` do not. Distances above `most` are given as `most`. What balls round bodies and links show to be
+    further away than something else is not looked at.
     """
     bodies = robot.capsules
-    poses = link_frames(robot.links, q)[:, bodies.link]
+    frames = link_frames(robot.links, q)
+    poses = frames[:, bodies.link]
     a, b = move_points(poses, bodies.a), move_points(poses, bodies.b)
-    outer, inner = np.full(len(q), np.inf), np.full(len(q), np.inf)
-    shares = np.linspace(0.0, 1.0, ALONG if (bodies.a != bodies.b).any() else 1)[:, None, None]
-    points = a[None] + shares[..., None] * (b - a)[None]
-    if len(bodies):
-        names = [robot.link_names[link] for link in bodies.link]
-        for shape in obstacles:
-            gaps = (shape.signed_distance(points) - bodies.radius).min(axis=0)
-            gaps[:, [(name, shape.name) in robot.allowed_obstacles for name in names]] = np.inf
-            outer = np.minimum(outer, gaps.min(axis=1))
-    for i, j in robot.self_pairs:
-        first, second = np.flatnonzero(bodies.link == i), np.flatnonzero(bodies.link == j)
-        m, n = np.repeat(first, len(second)), np.tile(second, len(first))
-        if len(m):
-            gaps = segment_distance(a[:, m], b[:, m], a[:, n], b[:, n]) - bodies.radius[m] - bodies.radius[n]
-            inner = np.minimum(inner, gaps.min(axis=1))
+    inner, outer = _between_links(robot, frames, a, b, most), np.full(len(q), most)
+    if not len(bodies):
+        return outer, inner
+    middle, size = 0.5 * (a + b), 0.5 * np.linalg.norm(bodies.b - bodies.a, axis=1)
+    shares = np.linspace(0.0, 1.0, ALONG)[:, None]
+    names = [robot.link_names[link] for link in bodies.link]
+    for shape in obstacles:
+        gaps = shape.signed_distance(middle) - bodies.radius
+        gaps[:, [(name, shape.name) in robot.allowed_obstacles for name in names]] = np.inf
+        outer = np.minimum(outer, gaps.min(axis=1))
+        c, m = np.nonzero(gaps - size < outer[:, None])  # no point of a segment is further from its middle
+        points = a[c, m] + shares[..., None] * (b[c, m] - a[c, m])
+        np.minimum.at(outer, c, shape.signed_distance(points).min(axis=0) - bodies.radius[m])
     return outer, inner
+
+
+def _between_links(robot: Robot, frames: Floats, a: Floats, b: Floats, most: float) -> Floats:
+    """Least distance (k,) of the checked pairs of links, whose bodies lie along segments a b (k, bodies, 3), at most `most`."""
+    bodies, rounds = robot.capsules, robot.link_bounds
+    middle, size = 0.5 * (a + b), 0.5 * np.linalg.norm(bodies.b - bodies.a, axis=1) + bodies.radius
+    centre, radius = move_points(frames, rounds[:, :3]), rounds[:, 3]
+    first, second = robot.self_pairs.T
+    far = np.linalg.norm(centre[:, first] - centre[:, second], axis=2) - radius[first] - radius[second]
+    far[:, (radius[first] < 0.0) | (radius[second] < 0.0)] = np.inf
+    least = np.full(len(frames), most)
+
+    def look(rows: Any, m: Any, n: Any) -> None:
+        gaps = segment_distance(a[rows, m], b[rows, m], a[rows, n], b[rows, n]) - bodies.radius[m] - bodies.radius[n]
+        np.minimum.at(least, rows, gaps)
+
+    def near(rows: Any, m: Any, link: int) -> Any:
+        """The bodies m that come near a link in one of the configurations."""
+        gaps = np.linalg.norm(middle[rows][:, m] - centre[rows, link][:, None], axis=2) - size[m] - radius[link]
+        return m[(gaps < least[rows, None]).any(axis=0)]
+
+    for p in np.argsort(far.min(axis=0, initial=np.inf)):
+        rows = np.flatnonzero(far[:, p] < least)
+        i, j = robot.self_pairs[p]
+        m, n = near(rows, np.flatnonzero(bodies.link == i), j), near(rows, np.flatnonzero(bodies.link == j), i)
+        if not (len(rows) and len(m) and len(n)):
+            continue
+        gaps = np.linalg.norm(middle[rows][:, m, None] - middle[rows][:, None, n], axis=3) - size[m, None] - size[n]
+        nearest = gaps.reshape(len(rows), -1).argmin(axis=1)
+        look(rows, m[nearest // len(n)], n[nearest % len(n)])
+        c, k, l = np.nonzero(gaps < least[rows, None, None])
+        look(rows[c], m[k], n[l])
+    return least
 
 
 def densely(waypoints: Floats, states_per_rad: float) -> Floats:

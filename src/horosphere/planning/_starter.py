@@ -40,7 +40,7 @@ def starter_scene(robot: Robot, written: Any, seed: int = 0, name: str = "first"
     tried = 0
     for _ in range(_DRAWS):
         q = np.round(rng.uniform(lower + quarter, upper - quarter, (2, robot.n_joints)), 3)
-        if clearances(robot, q, ())[1].min() <= 0.0:  # links touch
+        if clearances(robot, q, (), most=1e-9)[1].min() <= 0.0:  # links touch
             continue
         scene = Scene(
             robot, JointTarget(q[0]), JointTarget(q[1]), (_table(robot, q, moving),), name=name,

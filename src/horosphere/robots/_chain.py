@@ -59,6 +59,11 @@ def build_chain(urdf: Urdf, base: str | None, tip: str | None, locked: Mapping[s
         if name not in by_name:
             raise unknown_name("joint", name, by_name, place="locked")
         movers.pop(name, None)
+    astray = [joint for joint in urdf.joints.values() if joint.mimic and joint.mimic[0] not in by_name]
+    for joint in astray:
+        what = f"mimics the unknown joint {joint.mimic[0]!r}" if joint.mimic else ""
+        if joint.name in movers:
+            raise InputError(what, place=urdf.place(joint), remedy="name one of the file, or drop its <mimic>")
     masters = {name: joint for name, joint in movers.items() if joint.mimic is None}
     chain = Chain(joint_names=list(masters))
     for joint in masters.values():
@@ -100,6 +105,9 @@ def build_chain(urdf: Urdf, base: str | None, tip: str | None, locked: Mapping[s
         )
         chain.links.append(Link(link, parent, _placement.compose(origin, motion)))
     chain.tip = index[tip]
+    lost = [f"{joint.name} ({joint.mimic[0]})" for joint in astray if joint.mimic and joint.child in index]
+    if lost:
+        chain.notes.append(f"locked, since they mimic joints that the file does not have: {', '.join(lost)}")
     if frozen:
         some = ", ".join(frozen[:8]) + (f" and {len(frozen) - 8} more" if len(frozen) > 8 else "")
         chain.notes.append(f"joints beside the chain {base} -> {tip} are locked: {some}")
@@ -204,9 +212,9 @@ def _below(urdf: Urdf, base: str) -> list[str]:
 
 
 def _master(joint: Joint, by_name: Mapping[str, Joint], locked: Mapping[str, float]) -> tuple[Joint, float, float]:
-    """The joint that moves this one: value = multiplier * master + offset. A locked mimic is its own master."""
+    """The joint that moves this one: value = multiplier * master + offset. A locked mimic is its own master, one of nothing too."""
     multiplier, offset = 1.0, 0.0
-    while joint.mimic is not None and joint.name not in locked:
+    while joint.mimic is not None and joint.name not in locked and joint.mimic[0] in by_name:
         name, factor, shift = joint.mimic
         offset += multiplier * shift
         multiplier *= factor

@@ -6,6 +6,7 @@ refused.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -164,8 +165,15 @@ def parse_xml(path: Path, what: str = "a URDF") -> Any:
         raise no_file(path)
     from lxml import etree
 
+    parser = etree.XMLParser(remove_comments=True)
     try:
-        root = etree.parse(str(path), etree.XMLParser(remove_comments=True)).getroot()
+        try:
+            root = etree.parse(str(path), parser).getroot()
+        except etree.XMLSyntaxError:
+            # a prefix that is not declared (drake:acceleration): sound XML, and every other reader takes it
+            if any(entry.domain != etree.ErrorDomains.NAMESPACE for entry in parser.error_log):
+                raise
+            root = etree.parse(str(path), etree.XMLParser(remove_comments=True, recover=True)).getroot()
     except etree.XMLSyntaxError as error:
         line, column = error.position
         raise InputError(
@@ -199,14 +207,14 @@ def no_file(path: Path, remedy: str | None = None, choices: Iterable[str] | None
 def _refuse_xacro(root: Any, path: Path, ending: str) -> None:
     """What is still to be expanded would be missing from the robot. Expanded files may keep the name space, but no elements of it."""
     elements = [item for item in root.iter() if isinstance(item.tag, str)]
-    macros = [item for item in elements if item.tag.startswith("{") and "xacro" in item.tag.partition("}")[0]]
+    macros = [item for item in elements if re.match(r"xacro:|\{[^}]*xacro", item.tag)]
     parts = [inner for item in root if item.tag in ("link", "joint") for inner in item.iter()]
     open_ = [item for item in parts if any("${" in text or "$(" in text for text in item.attrib.values())]
     named = any("xacro" in uri for uri in root.nsmap.values())
     if not (macros or open_ or (named and root.find("link") is None and ending == ".urdf")):
         return
     first = min((*macros[:1], *open_[:1]), key=lambda item: item.sourceline, default=root)
-    tag = first.tag if first not in macros else f"xacro:{first.tag.partition('}')[2]}"
+    tag = first.tag if first not in macros else f"xacro:{re.split('[}:]', first.tag)[-1]}"
     stem = path.name.removesuffix(".xacro").removesuffix(ending)
     to = stem + ending if stem + ending != path.name else f"{stem}-expanded{ending}"
     asked = [f"{m.get('name')}:=..." for m in macros if m.tag.endswith("}arg") and m.get("default") is None]
@@ -238,6 +246,7 @@ _REQUIRED = {
     "mesh": ("filename",),
     "mimic": ("joint",),
 }
+_PARTS = ("inertial", "visual", "collision")  # of a link
 
 
 def _check(root: Any, path: Path) -> None:
@@ -255,7 +264,8 @@ def _check(root: Any, path: Path) -> None:
                 f"{element.tag} {name!r} is defined twice, first in line {lines[key]}", place=f"{path}:{line}"
             )
         lines[key] = line
-        for inner in element.iter():
+        known = [part for part in element if element.tag == "joint" or part.tag in _PARTS]  # not what others put there
+        for inner in (deeper for part in known for deeper in part.iter()):
             _check_numbers(inner, f"{path}:{inner.sourceline}: {element.tag} {name!r}")
         if element.tag == "joint":
             _check_joint(element, f"{path}:{line}: joint {name!r}")
@@ -338,7 +348,7 @@ def _check_tree(urdf: Urdf) -> None:
         master, steps = joint, 0
         while master.mimic is not None:
             if master.mimic[0] not in joints:
-                raise InputError(f"mimics the unknown joint {master.mimic[0]!r}", place=urdf.place(master))
+                break  # `build_chain` locks it, or refuses it on the chain
             master, steps = joints[master.mimic[0]], steps + 1
             if steps > len(joints):
                 raise InputError("mimics itself", place=urdf.place(joint))
