@@ -121,6 +121,19 @@ def test_every_branch_that_has_a_value_inside_the_limits_gets_the_best(name, pos
     )
 
 
+def test_an_interval_that_ends_at_half_a_turn_is_found(tmp_path):
+    """Poses whose only rows inside the limits lie between two samples, at one of which an angle is a turn further."""
+    robot = person(tmp_path)
+    q = [
+        [1.069, 3.003, 1.267, 1.954, 3.105, -1.433, 0.648],
+        [2.3, -0.178, -0.61, 0.249, 3.035, -1.568, 0.478],
+        [-0.311, 1.363, 1.031, 2.104, 2.895, -1.534, 0.235],
+        [0.692, 1.158, 0.604, 0.625, 3.111, -1.51, 0.747],
+        [-2.221, 1.112, 1.718, 2.486, 2.655, -1.56, 0.52],
+    ]
+    assert inverse(robot, forward(robot, q)).within_limits(robot).any(axis=-1).all()
+
+
 @pytest.mark.parametrize("name", ["panda", "iiwa14", "shifted panda"])
 def test_one_pose_is_a_batch_of_one_and_the_value_gives_the_row_again(name, tmp_path):
     robot = CASES[name](tmp_path)
