@@ -5,7 +5,7 @@ import pytest
 
 from horosphere import scenes, shapes
 from horosphere.viewer._recording import direction
-from horosphere.viewer._sight import HIDDEN, _hidden, _triangles, look
+from horosphere.viewer._sight import HIDDEN, MOST_BLOCKS, _hidden, _triangles, blocks, look
 from horosphere.viewer._solids import box, solid_of
 
 UP = np.array([0.0, 0.0, 1.0])
@@ -49,6 +49,21 @@ def test_a_wall_is_walked_round():
     assert not glassy and view @ VIEW < 0.99 and abs(np.linalg.norm(view) - 1.0) < 1e-12
     hidden = _hidden(view, points, {0: _triangles(wall([1, -0.8, 0.6], [0.9, 0.9, 0.9]))})
     assert hidden.mean() <= HIDDEN
+
+
+def test_a_cloud_is_walked_round_like_what_it_is_of():
+    """A plate as points: hidden is what the plate hides, but for the width of a block at its rim."""
+    rng = np.random.default_rng(5)
+    points = rng.uniform(-0.5, 0.5, (40, 3))
+    cloud = VIEW + rng.uniform(-1.0, 1.0, (20_000, 3)) * [0.01, 1.0, 1.0]
+    vertices, faces = blocks(cloud)
+    assert len(faces) % 12 == 0 and len(faces) <= 12 * MOST_BLOCKS
+    assert (vertices.min(axis=0) <= cloud.min(axis=0)).all() and (vertices.max(axis=0) >= cloud.max(axis=0)).all()
+    view, _ = look(VIEW, UP, points, {0: (vertices, faces)})
+    assert view @ VIEW < 0.99
+    plate = {0: _triangles(wall(VIEW, [0.01, 1.0, 1.0]))}
+    assert _hidden(VIEW, points, plate).mean() > HIDDEN >= _hidden(view, points, plate).mean()
+    assert len(blocks(np.ones((1, 3)))[1]) == 12
 
 
 def test_a_room_is_made_of_glass():

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ..errors import InputError
 from ..scenes import Scene, Trajectory
 from ._parts import extent_of, parts, stride, tool_points
-from ._sight import look
+from ._sight import blocks, look
 from ._solids import ball, solid_of
 
 Floats = NDArray[np.float64]
@@ -139,7 +139,8 @@ def draw(server: Any, scene: Scene, q: Floats, path: Floats | None) -> list[tupl
     end = tool[-1] if goal is None else np.concatenate([goal[:3], np.zeros(max(0, 3 - len(goal)))])
     view, glassy = direction(scene, up), frozenset()
     if not flat:
-        view, glassy = look(view, up, np.concatenate([*map(_middles, body), end[None]]), solids)
+        clouds = {k: blocks(o.points[:: stride(o)]) for k, o in enumerate(scene.obstacles) if k not in solids}
+        view, glassy = look(view, up, np.concatenate([*map(_middles, body), end[None]]), {**solids, **clouds})
     for k, obstacle in enumerate(scene.obstacles):
         name = f"/obstacles/{obstacle.name or k + 1}"
         _obstacle(api, name, obstacle, solids.get(k), extent, shadow=not flat, opacity=GLASS if k in glassy else None)

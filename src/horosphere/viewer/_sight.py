@@ -18,6 +18,9 @@ TURNS, STEEP = 12, 1.5
 MOST_TRIANGLES = 3000
 """Solids with more are taken for the boxes round them."""
 
+MOST_BLOCKS, FINEST = 100, 16
+"""Of a cloud, and how many of them lie side by side at most."""
+
 
 def look(view: Floats, up: Floats, points: Floats, solids: Mapping[int, Solid]) -> tuple[Floats, frozenset[int]]:
     """A direction towards the eye, and the keys of the solids that hide too much of `points` (k, 3) even so.
@@ -36,6 +39,20 @@ def look(view: Floats, up: Floats, points: Floats, solids: Mapping[int, Solid]) 
         if hidden.any(axis=0).mean() < least.any(axis=0).mean() - 1e-9:
             best, least = other, hidden
     return best, frozenset(barring) if least.any(axis=0).mean() > HIDDEN else frozenset()
+
+
+def blocks(points: Floats) -> Solid:
+    """A cloud (k, 3) as the boxes of a grid, at most MOST_BLOCKS, in which it has points."""
+    low, size = points.min(axis=0), max(float(np.ptp(points, axis=0).max()), 1e-6)
+    for cells in range(FINEST, 0, -1):
+        width = size / cells
+        filled = np.unique(np.minimum(((points - low) / width).astype(np.int64), cells - 1), axis=0)
+        if len(filled) <= MOST_BLOCKS:
+            break
+    vertices, faces = box(np.zeros(3), np.full(3, 0.5 * width), np.eye(3))
+    all_faces = faces + len(vertices) * np.arange(len(filled))[:, None, None]
+    centers = low + width * (filled + 0.5)
+    return (centers[:, None] + vertices).reshape(-1, 3), all_faces.reshape(-1, 3)
 
 
 def _views(view: Floats, up: Floats) -> Iterator[Floats]:
