@@ -12,8 +12,8 @@ TOP = {
     "Rotor", "Scene", "Sphere", "Translator",
 }  # fmt: skip
 MODULES = {
-    "algebra", "certify", "control", "distance", "entities", "errors", "fields", "kernels", "kinematics", "maps",
-    "planning", "robots", "scenes", "shapes", "snake", "sweeps", "versors",
+    "algebra", "certify", "control", "distance", "entities", "errors", "fields", "io", "kernels", "kinematics",
+    "maps", "planning", "robots", "scenes", "shapes", "snake", "sweeps", "versors",
 }  # fmt: skip
 MEMBERS = {
     "Point": "from_euclidean as_euclidean",

@@ -33,6 +33,9 @@ if TYPE_CHECKING:
         fields as fields,
     )
     from . import (
+        io as io,
+    )
+    from . import (
         kernels as kernels,
     )
     from . import (
@@ -87,8 +90,8 @@ _HOME = {
     **dict.fromkeys(("HorosphereError", "InputError"), "errors"),
 }
 _MODULES = (
-    "algebra", "certify", "control", "distance", "entities", "errors", "fields", "kernels", "kinematics", "maps",
-    "planning", "robots", "scenes", "shapes", "snake", "sweeps", "versors",
+    "algebra", "certify", "control", "distance", "entities", "errors", "fields", "io", "kernels", "kinematics",
+    "maps", "planning", "robots", "scenes", "shapes", "snake", "sweeps", "versors",
 )  # fmt: skip
 
 
