@@ -344,8 +344,10 @@ def best(
             if picks.max() < 0:
                 break
             settle(true_arm, limits, ranges, true_pose, A, picks, locked, DONE, enough, steps, True, memory)
-            for k in range(8):  # is a best row none, or outside the limits after all?
-                again[k] = picks[k] >= 0 and at[k] > -spare and A[last, picks[k], ROOM, k] < 0.0
+            for k in range(8):  # is a best row none, or, where that is news, outside the limits?
+                room = A[last, max(picks[k], 0), ROOM, k]
+                disappoints = room == -math.inf or (room < 0.0 and not wary[k])
+                again[k] = picks[k] >= 0 and at[k] > -spare and disappoints
                 wary[k] |= again[k]
             if not again.any():
                 break

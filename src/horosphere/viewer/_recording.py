@@ -101,9 +101,7 @@ def rest(scene: Scene) -> Floats:
     if hasattr(robot, "limits"):
         if hasattr(scene.start, "q"):
             return scene.start.q[None]  # type: ignore[union-attr]
-        lower, upper = robot.limits.lower, robot.limits.upper
-        finite = np.isfinite(lower) & np.isfinite(upper)
-        return np.where(finite, 0.5 * (np.where(finite, lower, 0) + np.where(finite, upper, 0)), 0.0)[None]
+        return robot.limits.middle[None]
     if hasattr(scene.start, "heading"):
         return np.array([[*scene.start.position, scene.start.heading or 0.0]])  # type: ignore[union-attr]
     return np.asarray(q)[None]
